@@ -1,0 +1,105 @@
+// Canonical bytes: little-endian, fixed width, no padding. States and contributions are written with these, and hashes are of these bytes.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace lodestar {
+
+using Bytes = std::string;
+
+class ByteWriter {
+ public:
+  template <class T>
+    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+  void Put(T value) {
+    const size_t at = bytes_.size();
+    bytes_.resize(at + sizeof(T));
+    std::memcpy(bytes_.data() + at, &value, sizeof(T));
+  }
+  void PutString(std::string_view text) {
+    Put<uint64_t>(text.size());
+    bytes_.append(text);
+  }
+  // T must be free of padding: arithmetic, or a struct of equally wide arithmetic members.
+  template <class T>
+    requires std::is_trivially_copyable_v<T>
+  void PutSpan(std::span<const T> values) {
+    Put<uint64_t>(values.size());
+    bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+  }
+  template <class T>
+  void PutVector(const std::vector<T>& values) {
+    PutSpan(std::span<const T>(values));
+  }
+  const Bytes& bytes() const { return bytes_; }
+  Bytes Take() { return std::move(bytes_); }
+
+ private:
+  Bytes bytes_;
+};
+
+// Throws Error(kCorrupt) when the bytes end early; `what` names the document in that message.
+class ByteReader {
+ public:
+  ByteReader(std::string_view bytes, std::string what) : bytes_(bytes), what_(std::move(what)) {}
+
+  template <class T>
+    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+  T Get() {
+    T value;
+    std::memcpy(&value, Need(sizeof(T)), sizeof(T));
+    return value;
+  }
+  std::string GetString() {
+    const auto size = GetSize(1);
+    return std::string(Need(size), size);
+  }
+  template <class T>
+    requires std::is_trivially_copyable_v<T>
+  std::vector<T> GetVector() {
+    const auto size = GetSize(sizeof(T));
+    std::vector<T> values(size);
+    if (size > 0) std::memcpy(values.data(), Need(size * sizeof(T)), size * sizeof(T));
+    return values;
+  }
+  size_t remaining() const { return bytes_.size() - at_; }
+  // Throws unless everything was read.
+  void ExpectEnd() const {
+    if (remaining() != 0) Fail("has bytes after its end");
+  }
+  [[noreturn]] void Fail(const std::string& why) const {
+    throw Error(ErrorKind::kCorrupt, what_ + " " + why + " (at byte " + std::to_string(at_) + " of " + std::to_string(bytes_.size()) + ")");
+  }
+
+ private:
+  // A length that cannot fit the rest of the bytes is refused before anything is allocated for it.
+  size_t GetSize(size_t element) {
+    const uint64_t size = Get<uint64_t>();
+    if (size > remaining() / element) Fail("names a length beyond its end");
+    return static_cast<size_t>(size);
+  }
+  const char* Need(size_t size) {
+    if (size > remaining()) Fail("ends early");
+    const char* at = bytes_.data() + at_;
+    at_ += size;
+    return at;
+  }
+
+  std::string_view bytes_;
+  std::string what_;
+  size_t at_ = 0;
+};
+
+// zstd, lossless. Decompress throws Error(kCorrupt), also where the announced size exceeds max_size.
+Bytes Compress(std::string_view bytes, int level = 1);
+Bytes Decompress(std::string_view bytes, const std::string& what, uint64_t max_size = uint64_t{1} << 34);
+
+}  // namespace lodestar
