@@ -1,0 +1,126 @@
+// The compiled scene: what a path kernel asks of it. Immutable after Compile, shared by all threads.
+//
+// World units are the file's. Directions are unit vectors in world space; pdfs are per solid angle at the reference point and include the
+// probability of having picked the light.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/hash.h"
+#include "core/math/bounds.h"
+#include "core/math/frame.h"
+#include "core/math/rgb.h"
+#include "core/scene/bsdf.h"
+#include "core/scene/camera.h"
+#include "core/scene/description.h"
+
+namespace lodestar {
+
+struct Ray {
+  Vec3 origin;
+  Vec3 direction;
+  float t_max = kInfinity;
+};
+
+// What Embree found, before anything is interpolated.
+struct Hit {
+  float t;
+  float u, v;
+  Vec3 ng;              // unnormalized, as the intersector gave it (object space for instances)
+  uint32_t geometry;    // index into the scene's geometry table
+  uint32_t primitive;
+  uint32_t instance;    // ~0u: none
+};
+
+struct SurfaceInteraction {
+  Vec3 p;               // on the surface, reconstructed from the primitive, not from t
+  Vec3 ng;              // unit geometric normal, on the side of the shading normal's hemisphere (emission side after ReverseOrientation)
+  Frame shading;
+  Vec2 uv;
+  float t;
+  float offset;         // a bound of the error of p: rays start this far off the surface along +-ng
+  uint32_t material;
+  int32_t light = -1;   // emitter index for LightPdf / Emitted; -1: does not emit
+};
+
+struct LightSample {
+  Vec3 wi;              // from the reference point to the light
+  Rgb radiance;         // arriving along wi if unoccluded; for a delta light: already weighted as if pdf counted
+  float pdf = 0;        // > 0; the selection probability alone for delta lights
+  bool delta = false;   // cannot be hit by BSDF sampling: no MIS
+  Vec3 target;          // point on the light, pulled towards its own side by its error bound; for infinite lights see `infinite`
+  bool infinite = false;
+};
+
+// What the scene contains and hence what a kernel must be able to do; everything else is compiled out.
+struct SceneNeeds {
+  bool textures = false, alpha = false, environment = false, delta_lobes = false, smooth_lobes = true, transmission = false;
+  bool area_lights = false, delta_lights = false, interfaces = false, mix = false, instances = false, quadrics = false, lens = false;
+  std::string ToString() const;
+};
+
+class Scene {
+ public:
+  struct Options {
+    int resolution_x = 0, resolution_y = 0;  // 0: the file's
+  };
+  // Throws Error with file and line of the offending directive. Builds deterministic acceleration structures (single-threaded tree builds).
+  static std::shared_ptr<const Scene> Compile(const SceneDescription& description, const Options& options = {});
+  ~Scene();
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  // ---- rays ----
+  bool Intersect(const Ray& ray, Hit* hit) const;
+  SurfaceInteraction Interaction(const Ray& ray, const Hit& hit) const;
+  // Nothing between the surface point and the target point / direction. `interfaces` surfaces do not occlude.
+  bool Unoccluded(const Ray& ray) const;
+  // The origin of a ray that leaves the surface in direction w without meeting it again.
+  static Vec3 OffsetOrigin(const SurfaceInteraction& si, Vec3 w);
+
+  // ---- surfaces ----
+  // wo: local to si.shading; `u_mix` in [0,1) resolves mix materials.
+  Bsdf BsdfAt(const SurfaceInteraction& si, float u_mix) const;
+
+  // ---- lights ----
+  bool has_lights() const;
+  // Nothing where the light picked cannot light p (wrong side, zero radiance).
+  std::optional<LightSample> SampleLight(Vec3 p, float u_pick, Vec2 u) const;
+  // Radiance leaving the emitter of si towards wo_world (world space).
+  Rgb Emitted(const SurfaceInteraction& si, Vec3 wo_world) const;
+  // Density with which SampleLight(from, ..) produces the direction to si.
+  float LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3 wi) const;
+  Rgb EnvironmentRadiance(Vec3 wi) const;
+  float EnvironmentPdf(Vec3 wi) const;
+
+  const Camera& camera() const { return *camera_; }
+  const Bounds3& bounds() const { return bounds_; }  // of all finite geometry
+  const SceneNeeds& needs() const { return needs_; }
+  int resolution_x() const { return resolution_x_; }
+  int resolution_y() const { return resolution_y_; }
+  const PixelFilterDescription& filter() const { return filter_; }
+  int max_depth() const { return max_depth_; }
+  // Of everything that determines the picture: geometry, materials, textures' bytes, camera, resolution. Two workers with the same hash
+  // have compiled the same scene.
+  const ContentHash& hash() const { return hash_; }
+  size_t triangle_count() const { return triangle_count_; }
+  size_t memory_bytes() const { return memory_bytes_; }
+
+ private:
+  Scene();
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<Camera> camera_;
+  Bounds3 bounds_;
+  SceneNeeds needs_;
+  int resolution_x_ = 0, resolution_y_ = 0, max_depth_ = 5;
+  PixelFilterDescription filter_;
+  ContentHash hash_;
+  size_t triangle_count_ = 0, memory_bytes_ = 0;
+};
+
+}  // namespace lodestar
