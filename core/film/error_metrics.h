@@ -1,0 +1,28 @@
+// Error of an image against a reference, or estimated from its own variance (docs/measuring.md). Linear radiance, mean over pixels and channels.
+#pragma once
+
+#include "core/film/film.h"
+
+namespace lodestar {
+
+struct ErrorMetrics {
+  double rmse = 0, mse = 0, mae = 0;
+  double relmse = 0;          // mean((x - r)^2 / (r^2 + eps)), eps = 0.01
+  double relmse_trimmed = 0;  // the worst 0.1 % of pixels left out
+};
+inline constexpr double kRelMseEpsilon = 0.01;
+inline constexpr double kTrimmedFraction = 0.001;
+
+// Throws Error(kInvalidInput) where the sizes differ.
+ErrorMetrics Compare(const Image& image, const Image& reference);
+// Expected relMSE of the image from the variances of its pixels: mean(variance / (luminance^2 + eps)), trimmed like the other.
+struct EstimatedError {
+  double relmse = 0, relmse_trimmed = 0;
+};
+EstimatedError EstimateError(const Image& image);
+// Relative luminance error per pixel, (lum x - lum r) / (lum r + eps); for the false-colour map of Lukac 2011.
+std::vector<float> RelativeLuminanceError(const Image& image, const Image& reference);
+// A perceptual diverging colour map for that error, +-1 at the ends: sRGB bytes, 3 a pixel.
+std::vector<uint8_t> FalseColour(const std::vector<float>& values, float limit = 1);
+
+}  // namespace lodestar

@@ -1,0 +1,49 @@
+// What a user asked for, as plain values: everything that determines the picture, and the budget that ends it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "core/base/bytes.h"
+#include "core/math/bounds.h"
+
+namespace lodestar {
+
+// The run ends at the first budget reached, at the edge of a round. 0: no such budget; with none at all the scene's own samples per pixel count.
+struct Budget {
+  uint64_t spp = 0;
+  double seconds = 0;      // render time: learning and merging counted, compilation and output not
+  double error = 0;        // estimated trimmed relMSE
+};
+
+struct JobSpec {
+  std::string method = "sdtree";                 // a name of the method registry
+  std::map<std::string, std::string> options;    // of that method, by documented name; unknown names are refused
+  Budget budget;
+  uint64_t seed = 0;
+  uint32_t resolution_x = 0, resolution_y = 0;   // 0: the scene's
+  std::string filter;                            // "", or box | triangle | gaussian | mitchell with the scene's or the default radius
+  int max_depth = 0;                             // 0: the scene's
+  // A run by time or error reports the passes and the training iterations it ended with; a job with these as `budget.spp` and
+  // `training_iterations` gives the same bits.
+  int training_iterations = -1;                  // -1: decided by the method at iteration ends
+
+  Bytes Serialize() const;
+  static JobSpec Parse(std::string_view bytes);
+};
+
+// What the first unit of a job finds out about its scene (by whoever compiles scenes); the learning half sees no more of it than this.
+struct Survey {
+  Bounds3 bounds;
+  uint32_t resolution_x = 0, resolution_y = 0;
+  int max_depth = 0;
+  uint64_t scene_spp = 16;       // the file's own samples per pixel
+  std::string scene_hash;        // hex
+  std::string needs;             // readable
+
+  Bytes Serialize() const;
+  static Survey Parse(std::string_view bytes);
+};
+
+}  // namespace lodestar

@@ -1,0 +1,77 @@
+// The learning half of a method: it knows no scene and no ray. A method is `initial -> (plan -> units -> merge -> advance)*`, and the loop
+// (loop.h) drives it; the tracing half (core/tracing) renders its units. One instance serves one job.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/health.h"
+#include "core/film/film.h"
+#include "core/learning/job.h"
+#include "core/learning/round.h"
+
+namespace lodestar {
+
+// What all workers of an iteration share, immutable once published. Its canonical bytes are what is hashed and sent.
+class State {
+ public:
+  virtual ~State() = default;
+  virtual Bytes Serialize() const = 0;
+};
+
+// What units learned, in a form whose merging is exact and order-free, or at least follows the fixed tree.
+class Statistics {
+ public:
+  virtual ~Statistics() = default;
+  virtual void Merge(const Statistics& right) = 0;  // of the same type and state
+  virtual Bytes Serialize() const = 0;
+};
+
+// The result of some node of a round's tree: the tiles of its units, and what they learned. Absent parts are absent, not zero.
+struct Contribution {
+  std::vector<FilmTile> tiles;               // ascending
+  std::unique_ptr<Statistics> statistics;    // null: nothing was recorded
+  HealthReport health;
+  uint64_t paths = 0, rays = 0, vertices = 0;
+
+  // Adds the right neighbour (units all above ours).
+  void Merge(Contribution&& right);
+};
+
+struct OptionHelp {
+  std::string name, values, default_value, help;
+};
+
+class Method {
+ public:
+  virtual ~Method() = default;
+  virtual std::string_view name() const = 0;
+  virtual std::shared_ptr<const State> Initial() const = 0;
+  virtual std::shared_ptr<const State> ParseState(std::string_view bytes) const = 0;
+  // Null for methods that learn nothing.
+  virtual std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const = 0;
+  virtual std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state, std::string_view bytes) const = 0;
+  virtual std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const Statistics* statistics, uint32_t iteration, uint64_t passes) const = 0;
+  // Passes of iteration k if the job goes on for ever; 0: unbounded (a method that learns nothing, or has stopped).
+  virtual uint64_t IterationPasses(uint32_t iteration) const = 0;
+
+  struct Combination {
+    enum class Kind { kDiscard, kAutomatic, kInverseVariance } kind = Kind::kInverseVariance;
+    uint32_t last = 4;  // iterations that enter the image
+  };
+  virtual Combination combination() const { return {}; }
+};
+
+// The registry: the one place that names methods.
+struct MethodEntry {
+  std::string name, summary;
+  std::vector<OptionHelp> options;
+};
+std::span<const MethodEntry> Methods();
+// Throws Error(kInvalidInput) for an unknown method (listing those there are) or option (listing the method's).
+std::unique_ptr<Method> MakeMethod(const JobSpec& job, const Survey& survey);
+
+}  // namespace lodestar

@@ -1,0 +1,36 @@
+// The tracing half of a method: it renders units where the scene is compiled. `Prepare` holds what all units of an iteration share.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "core/base/stop.h"
+#include "core/learning/job.h"
+#include "core/learning/method.h"
+#include "core/scene/scene.h"
+
+namespace lodestar {
+
+// Rendering of one iteration on one scene: immutable, shared by threads.
+class Tracer {
+ public:
+  virtual ~Tracer() = default;
+  // Renders units [first, end) of the round on one thread: a pure function of its arguments. Nothing where `stop` was requested first (within
+  // 100 ms of it).
+  virtual std::optional<Contribution> Execute(const Round& round, uint32_t first, uint32_t end, const StopToken& stop) const = 0;
+};
+
+// Throws Error(kInvalidInput) where the method has no tracing half for this state.
+std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method, std::shared_ptr<const State> state);
+
+// Compiles the scene of a job (resolution, filter and depth overrides applied) and says what the learning half needs to know of it.
+struct CompiledJob {
+  std::shared_ptr<const Scene> scene;
+  Survey survey;
+};
+CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job);
+
+// Threads this process may use: affinity and the cgroup's CPU quota respected, at least 1.
+int UsableThreads();
+
+}  // namespace lodestar
