@@ -22,23 +22,24 @@ class State {
   virtual Bytes Serialize() const = 0;
 };
 
-// What units learned, in a form whose merging is exact and order-free, or at least follows the fixed tree.
+// What units learned. Merging is exact: associative and commutative to the bit (integers, fixed-point sums, disjoint unions), so that neither
+// threads nor workers nor the order of arrival can show in a result (docs/decisions/0002-exact-sums.md).
 class Statistics {
  public:
   virtual ~Statistics() = default;
-  virtual void Merge(const Statistics& right) = 0;  // of the same type and state
+  virtual void Merge(const Statistics& other) = 0;  // of the same type and state
   virtual Bytes Serialize() const = 0;
 };
 
 // The result of some node of a round's tree: the tiles of its units, and what they learned. Absent parts are absent, not zero.
 struct Contribution {
-  std::vector<FilmTile> tiles;               // ascending
+  std::vector<FilmTile> tiles;               // ascending by tile, no tile twice
   std::unique_ptr<Statistics> statistics;    // null: nothing was recorded
   HealthReport health;
   uint64_t paths = 0, rays = 0, vertices = 0;
 
-  // Adds the right neighbour (units all above ours).
-  void Merge(Contribution&& right);
+  // Adds the contribution of other units of the same round.
+  void Merge(Contribution&& other);
 };
 
 struct OptionHelp {

@@ -15,9 +15,9 @@ namespace lodestar {
 class Tracer {
  public:
   virtual ~Tracer() = default;
-  // Renders units [first, end) of the round on one thread: a pure function of its arguments. Nothing where `stop` was requested first (within
-  // 100 ms of it).
-  virtual std::optional<Contribution> Execute(const Round& round, uint32_t first, uint32_t end, const StopToken& stop) const = 0;
+  // Renders one unit of the round and adds it to `into` (which holds other units of the same round): a pure function of state, round and unit.
+  // False where `stop` was requested first (seen within 100 ms); `into` is then to be thrown away.
+  virtual bool Execute(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const = 0;
 };
 
 // Throws Error(kInvalidInput) where the method has no tracing half for this state.
