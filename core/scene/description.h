@@ -200,6 +200,8 @@ struct PixelFilterDescription {
   float radius_x = 1.5f, radius_y = 1.5f;
   float sigma = 0.5f;           // gaussian
   float b = 1 / 3.0f, c = 1 / 3.0f;  // mitchell
+  // box | triangle | gaussian | mitchell with pbrt-v4's default radii; throws Error(kInvalidInput) for another name.
+  static PixelFilterDescription Named(const std::string& name);
 };
 
 struct CameraDescription {
