@@ -1,0 +1,114 @@
+// Guiding must not move the mean: images guided by an SD-tree against plain path tracing, in every mode of next event estimation, over independent
+// seeds, by Welch's t-test on the image's mean and on each of its quadrants.
+#include <gtest/gtest.h>
+
+#include "tests/statistical/small_scenes.h"
+#include "tests/support/render.h"
+#include "tests/support/statistical.h"
+
+namespace lodestar {
+namespace {
+
+constexpr int kSeeds = 12;
+constexpr int kRegions = 5;  // four quadrants and the whole
+constexpr uint64_t kSpp = 63;
+
+using Means = std::array<test::Moments, kRegions>;
+
+void AddImage(const Image& image, Means* means, double scale = 1) {
+  std::array<double, kRegions> sums{};
+  for (uint32_t y = 0; y < image.height; ++y)
+    for (uint32_t x = 0; x < image.width; ++x) {
+      const double value = scale * Luminance(image.pixels[size_t(y) * image.width + x]);
+      sums[(y * 2 / image.height) * 2 + x * 2 / image.width] += value;
+      sums[4] += value;
+    }
+  for (int i = 0; i < kRegions; ++i) (*means)[i].Add(sums[i] / static_cast<double>(image.size()));
+}
+
+Means RenderSeeds(const CompiledJob& compiled, const std::string& method, const std::map<std::string, std::string>& options, double scale = 1, uint64_t first_seed = 1) {
+  Means means;
+  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
+    JobSpec job;
+    job.method = method;
+    job.options = options;
+    job.budget.spp = kSpp;
+    job.seed = first_seed + seed;
+    AddImage(test::Render(compiled, job).image, &means, scale);
+  }
+  return means;
+}
+
+// Every comparison of this file: 5 scenes x 3 modes x 2 combinations of filters x 5 regions.
+const double kLevel = test::SidakLevel(0.01, 5 * 4 * kRegions);
+
+class GuidedMeanTest : public testing::TestWithParam<test::SmallScene> {};
+
+TEST_P(GuidedMeanTest, EqualsTheUnguidedMean) {
+  const CompiledJob compiled = CompileJob(ParsePbrtText(GetParam().text, "test.pbrt", "."), JobSpec{});
+  const Means reference = RenderSeeds(compiled, "path", {}, 1, 1000);
+  const std::map<std::string, std::map<std::string, std::string>> variants = {
+      {"never", {{"nee", "never"}, {"combine", "discard"}}},
+      {"kickstart", {{"nee", "kickstart"}, {"combine", "discard"}}},
+      {"always", {{"nee", "always"}, {"combine", "discard"}}},
+      {"2017", {{"preset", "2017"}, {"nee", "always"}, {"combine", "discard"}}},
+  };
+  const bool only_delta_lights = std::string(GetParam().name) == "spots";
+  for (const auto& [name, options] : variants) {
+    if (only_delta_lights && (name == "never" || name == "kickstart")) continue;  // nothing but next event estimation finds these
+    const Means guided = RenderSeeds(compiled, "sdtree", options);
+    for (int region = 0; region < kRegions; ++region) {
+      const test::TestResult result = test::WelchTest(guided[region], reference[region], kLevel);
+      EXPECT_TRUE(result.accepted) << GetParam().name << ", nee " << name << ", region " << region << ": " << result.message;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(SmallScenes, GuidedMeanTest, testing::ValuesIn(test::kSmallScenes), [](const auto& info) { return std::string(info.param.name); });
+
+TEST(GuidedMeanTest, AMeanThatIsThreePercentOffIsSeen) {
+  const CompiledJob compiled = CompileJob(ParsePbrtText(test::kSmallScenes[3].text, "test.pbrt", "."), JobSpec{});
+  const Means reference = RenderSeeds(compiled, "path", {}, 1, 1000);
+  const Means wrong = RenderSeeds(compiled, "sdtree", {{"combine", "discard"}}, 1.03);
+  EXPECT_FALSE(test::WelchTest(wrong[4], reference[4], kLevel).accepted);
+}
+
+// Closed boxes where every ray meets emission Le on a surface of albedo a: radiance is Le / (1 - a) times (1 - a^(depth + 1)) everywhere.
+TEST(AnalyticTest, FurnaceBoxes) {
+  for (const std::string& method : {std::string("path"), std::string("sdtree")})
+    for (const std::string& nee : {std::string("never"), std::string("always")})
+      for (const double albedo : {0.0, 0.5, 0.8}) {
+        const int depth = 12;
+        const std::string text = "Integrator \"path\" \"integer maxdepth\" [" + std::to_string(depth) + R"(]
+PixelFilter "box"
+Film "rgb" "integer xresolution" [8] "integer yresolution" [8]
+Camera "perspective" "float fov" [60]
+WorldBegin
+AreaLightSource "diffuse" "rgb L" [1 1 1] "bool twosided" [true]
+Material "diffuse" "rgb reflectance" [)" + std::to_string(albedo) + " " + std::to_string(albedo) + " " + std::to_string(albedo) + R"(]
+Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1  -1 1 -1  1 1 -1  1 1 1  -1 1 1]
+  "integer indices" [0 2 1 0 3 2  4 5 6 4 6 7  3 6 2 3 7 6  0 4 7 0 7 3  1 2 6 1 6 5  0 1 5 0 5 4]
+)";
+        const CompiledJob compiled = CompileJob(ParsePbrtText(text, "furnace.pbrt", "."), JobSpec{});
+        test::Moments mean;
+        for (uint64_t seed = 1; seed <= 8; ++seed) {
+          JobSpec job;
+          job.method = method;
+          job.options["nee"] = nee;
+          if (method == "sdtree") job.options["combine"] = "discard";
+          job.budget.spp = 63;
+          job.seed = seed;
+          double sum = 0;
+          const Image image = test::Render(compiled, job).image;
+          for (const Rgb pixel : image.pixels) sum += Luminance(pixel);
+          mean.Add(sum / static_cast<double>(image.size()));
+        }
+        double expected = 0;
+        for (int bounce = 0; bounce <= depth; ++bounce) expected += std::pow(albedo, bounce);
+        const test::TestResult result = test::TTest(mean, expected, test::SidakLevel(0.01, 12), 2e-5 * expected);
+        EXPECT_TRUE(result.accepted) << method << ", nee " << nee << ", albedo " << albedo << ": " << result.message;
+      }
+}
+
+}  // namespace
+}  // namespace lodestar
