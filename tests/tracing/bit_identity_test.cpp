@@ -1,0 +1,117 @@
+// The same job gives the same bits: image and trees, for any number of threads, any order of units and any cut of a round into nodes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "core/learning/contribution.h"
+#include "core/learning/reduction.h"
+#include "tests/statistical/small_scenes.h"
+#include "tests/support/render.h"
+
+namespace lodestar {
+namespace {
+
+JobSpec GuidedJob() {
+  JobSpec job;
+  job.method = "sdtree";
+  job.budget.spp = 15;
+  job.seed = 7;
+  return job;
+}
+
+// A scene of coplanar duplicate triangles in several meshes: which of them is hit first must not depend on how a tree was built.
+std::string DuplicateScene() {
+  std::string text = test::Room("");
+  for (int i = 0; i < 6; ++i)
+    text += "Material \"diffuse\" \"rgb reflectance\" [" + std::to_string(0.1 * (i + 1)) + " 0.5 " + std::to_string(0.9 - 0.1 * i) + R"(]
+Shape "trianglemesh" "point3 P" [-0.5 -0.5 0  0.5 -0.5 0  0.5 0.5 0  -0.5 0.5 0] "integer indices" [0 1 2 0 2 3  0 1 2 0 2 3]
+)";
+  return text + R"(LightSource "point" "rgb I" [2 2 2] "point3 from" [0 0 -0.9]
+AreaLightSource "diffuse" "rgb L" [3 3 3] "bool twosided" [true]
+Shape "disk" "float radius" [0.1] "float height" [-0.5]
+)";
+}
+
+void ExpectSameImage(const Image& a, const Image& b) {
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(std::memcmp(a.pixels.data(), b.pixels.data(), a.size() * sizeof(Rgb)), 0);
+  EXPECT_EQ(std::memcmp(a.variance.data(), b.variance.data(), a.size() * sizeof(float)), 0);
+}
+
+TEST(BitIdentityTest, ThreadsDoNotShow) {
+  for (const std::string& text : {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text}) {
+    const test::Rendered one = test::RenderText(text, GuidedJob(), 1);
+    for (const int threads : {2, 5}) {
+      const test::Rendered many = test::RenderText(text, GuidedJob(), threads);
+      ExpectSameImage(one.image, many.image);
+      EXPECT_EQ(one.state, many.state);
+    }
+  }
+}
+
+TEST(BitIdentityTest, AnotherSeedShows) {
+  JobSpec job = GuidedJob();
+  const test::Rendered a = test::RenderText(DuplicateScene(), job);
+  job.seed = 8;
+  const test::Rendered b = test::RenderText(DuplicateScene(), job);
+  EXPECT_NE(std::memcmp(a.image.pixels.data(), b.image.pixels.data(), a.image.size() * sizeof(Rgb)), 0);
+}
+
+// Renders rounds in random nodes, in random order, some twice and through bytes, as a farm would.
+class ShuffledExecutor final : public Executor {
+ public:
+  ShuffledExecutor(const CompiledJob& compiled, const JobSpec& job, const Method& method, uint32_t seed)
+      : method_(method), grid_(compiled.survey.resolution_x, compiled.survey.resolution_y), local_(compiled.scene, job, method, 2), random_(seed) {}
+
+  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) override {
+    RoundReduction reduction(round.unit_count);
+    while (!reduction.Complete()) {
+      std::vector<TreeNode> nodes = reduction.Missing(random_() % 3);
+      std::shuffle(nodes.begin(), nodes.end(), random_);
+      for (const TreeNode node : nodes) {
+        if (random_() % 4 == 0) continue;  // lost
+        const Bytes bytes = SerializeContribution(*local_.ExecuteNode(state, round, node, stop));
+        for (uint32_t copies = 1 + random_() % 2; copies-- > 0;)
+          reduction.Commit(node, ParseContribution(method_, state, grid_, round, node, bytes));
+      }
+    }
+    return reduction.Take();
+  }
+
+ private:
+  const Method& method_;
+  TileGrid grid_;
+  LocalExecutor local_;
+  std::mt19937 random_;
+};
+
+TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
+  const JobSpec job = GuidedJob();
+  const CompiledJob compiled = CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job);
+  const test::Rendered plain = test::Render(compiled, job);
+  for (uint32_t seed = 1; seed <= 4; ++seed) {
+    Loop loop(job, compiled.survey);
+    ShuffledExecutor executor(compiled, job, loop.method(), seed);
+    const StopToken stop;
+    loop.Run(executor, stop, {});
+    ExpectSameImage(plain.image, loop.Develop());
+    EXPECT_EQ(plain.state, loop.state()->Serialize());
+  }
+}
+
+TEST(BitIdentityTest, ARunByTimeReplaysFromItsReport) {
+  JobSpec job = GuidedJob();
+  job.budget = {.seconds = 0.5};
+  const CompiledJob compiled = CompileJob(ParsePbrtText(test::kSmallScenes[0].text, "test.pbrt", "."), job);
+  const test::Rendered timed = test::Render(compiled, job);
+  JobSpec replay = job;
+  replay.budget = {.spp = timed.report.passes};
+  replay.training_iterations = timed.report.training_iterations;
+  const test::Rendered again = test::Render(compiled, replay);
+  ExpectSameImage(timed.image, again.image);
+  EXPECT_EQ(timed.state, again.state);
+}
+
+}  // namespace
+}  // namespace lodestar
