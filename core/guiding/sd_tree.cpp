@@ -1,0 +1,66 @@
+#include "core/guiding/sd_tree.h"
+
+#include "core/base/check.h"
+#include "core/base/hash.h"
+
+namespace lodestar {
+namespace {
+
+uint64_t HashBytes(uint64_t hash, const void* data, size_t size) {
+  const char* at = static_cast<const char*>(data);
+  for (; size >= 8; size -= 8, at += 8) {
+    uint64_t word;
+    std::memcpy(&word, at, 8);
+    hash = (hash ^ word) * 0x9e3779b97f4a7c15ULL;
+    hash ^= hash >> 29;
+  }
+  for (; size > 0; --size, ++at) hash = Mix64(hash ^ static_cast<uint8_t>(*at));
+  return Mix64(hash);
+}
+
+}  // namespace
+
+std::shared_ptr<const SdTree> SdTree::Initial(const Bounds3& bounds, const SdTreeOptions& options) {
+  options.Validate();
+  const float size = MaxComponent(bounds.Diagonal());
+  if (bounds.empty() || !IsFinite(bounds.min) || !std::isfinite(size) || size > 1e30f) {
+    throw Error(ErrorKind::kInvalidInput, "the SD-tree needs bounds that are finite, not empty and below 1e30 in extent");
+  }
+  SdTreeParts parts;
+  parts.options = options;
+  parts.corner = bounds.min;
+  parts.size = std::max(size, 1e-30f);  // a single point
+  parts.depths = {0};
+  parts.leaves.resize(1);
+  parts.leaves[0].bsdf_fraction = options.initial_bsdf_fraction;
+  parts.nodes.resize(1);
+  return std::make_shared<const SdTree>(std::move(parts));
+}
+
+SdTree::SdTree(SdTreeParts parts)
+    : options_(parts.options),
+      iteration_(parts.iteration),
+      radiance_scale_(parts.radiance_scale),
+      leaves_(std::move(parts.leaves)),
+      nodes_(std::move(parts.nodes)) {
+  auto spatial = SpatialTree::FromDepths(parts.corner, parts.size, parts.depths);
+  LODESTAR_CHECK(spatial.has_value());
+  spatial_ = std::move(*spatial);
+  LODESTAR_CHECK(leaves_.size() == spatial_.leaf_count());
+  ByteWriter head;
+  options_.Write(head);
+  head.Put(iteration_);
+  head.Put(radiance_scale_);
+  for (int axis = 0; axis < 3; ++axis) head.Put(parts.corner[axis]);
+  head.Put(parts.size);
+  uint64_t hash = HashBytes(0x5344, head.bytes().data(), head.bytes().size());
+  hash = HashBytes(hash, parts.depths.data(), parts.depths.size());
+  for (const SdTreeLeaf& leaf : leaves_) {
+    LODESTAR_CHECK(uint64_t{leaf.first_node} + leaf.node_count <= nodes_.size());
+    hash = Mix64(hash ^ ((uint64_t{leaf.node_count} << 32) | std::bit_cast<uint32_t>(leaf.bsdf_fraction)));
+    hash = Mix64(hash ^ ((uint64_t{std::bit_cast<uint32_t>(leaf.records)} << 32) | std::bit_cast<uint32_t>(leaf.mean_flux)) ^ leaf.learned);
+  }
+  fingerprint_ = HashBytes(hash, nodes_.data(), nodes_.size() * sizeof(DirectionalNode));
+}
+
+}  // namespace lodestar

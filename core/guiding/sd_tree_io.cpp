@@ -1,0 +1,145 @@
+// The SD-tree's bytes, version 1. Nodes are written in their order of layout, which follows from the probabilities, so no links are
+// written and none can be wrong.
+#include "core/guiding/bsdf_fraction.h"
+#include "core/guiding/sd_tree.h"
+
+namespace lodestar {
+namespace {
+
+constexpr uint32_t kMagic = 0x54445344;  // "DSDT"
+constexpr uint32_t kVersion = 1;
+
+// Links the nodes of one tree, read so far with masks for links, depth first.
+class Linker {
+ public:
+  Linker(std::span<DirectionalNode> nodes, std::span<const uint8_t> masks, int max_depth) : nodes_(nodes), masks_(masks), max_depth_(max_depth) {}
+  // The tree's depth, or 0 when the nodes do not form one tree.
+  int Link() {
+    if (nodes_.empty() || !Visit(0)) return 0;
+    return next_ == nodes_.size() ? depth_ : 0;
+  }
+
+ private:
+  bool Visit(int level) {
+    if (next_ >= nodes_.size() || level >= max_depth_) return false;
+    const size_t index = next_++;
+    depth_ = std::max(depth_, level + 1);
+    for (int c : directional::LikeliestFirst(nodes_[index])) {
+      nodes_[index].child[c] = 0;
+      if (((masks_[index] >> c) & 1) == 0) continue;
+      nodes_[index].child[c] = static_cast<uint32_t>(next_);
+      if (!Visit(level + 1)) return false;
+    }
+    return true;
+  }
+  std::span<DirectionalNode> nodes_;
+  std::span<const uint8_t> masks_;
+  int max_depth_;
+  size_t next_ = 0;
+  int depth_ = 0;
+};
+
+bool IsDistribution(const DirectionalNode& node) {
+  double sum = 0;
+  for (float p : node.probability) {
+    if (!(p >= 0 && p <= 1) || std::signbit(p)) return false;
+    sum += p;
+  }
+  return std::fabs(sum - 1) < 1e-5;
+}
+
+}  // namespace
+
+Bytes SdTree::Serialize() const {
+  ByteWriter out;
+  out.Put(kMagic);
+  out.Put(kVersion);
+  options_.Write(out);
+  for (int axis = 0; axis < 3; ++axis) out.Put(spatial_.corner()[axis]);
+  out.Put(spatial_.size());
+  out.Put(iteration_);
+  out.Put(radiance_scale_);
+  std::vector<uint8_t> depths, learned, masks(nodes_.size());
+  std::vector<uint32_t> counts;
+  std::vector<float> fractions, records, flux;
+  for (uint32_t i = 0; i < leaf_count(); ++i) {
+    depths.push_back(static_cast<uint8_t>(spatial_.cell(i).depth));
+    learned.push_back(leaves_[i].learned);
+    counts.push_back(leaves_[i].node_count);
+    fractions.push_back(leaves_[i].bsdf_fraction);
+    records.push_back(leaves_[i].records);
+    flux.push_back(leaves_[i].mean_flux);
+  }
+  std::vector<float> probabilities(nodes_.size() * 4);
+  for (size_t i = 0; i < nodes_.size(); ++i) {
+    for (int c = 0; c < 4; ++c) {
+      masks[i] |= static_cast<uint8_t>((nodes_[i].child[c] != 0) << c);
+      probabilities[i * 4 + c] = nodes_[i].probability[c];
+    }
+  }
+  out.PutVector(depths);
+  out.PutVector(learned);
+  out.PutVector(counts);
+  out.PutVector(fractions);
+  out.PutVector(records);
+  out.PutVector(flux);
+  out.PutVector(masks);
+  out.PutVector(probabilities);
+  return out.Take();
+}
+
+std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
+  ByteReader in(bytes, "SD-tree");
+  if (in.Get<uint32_t>() != kMagic) in.Fail("does not begin like one");
+  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion) in.Fail("has version " + std::to_string(version) + ", known is 1");
+  SdTreeParts parts;
+  parts.options = SdTreeOptions::Read(in);
+  for (int axis = 0; axis < 3; ++axis) parts.corner[axis] = in.Get<float>();
+  parts.size = in.Get<float>();
+  if (!IsFinite(parts.corner) || !(parts.size >= 1e-30f && parts.size <= 1e30f)) in.Fail("has invalid bounds");
+  parts.iteration = in.Get<uint32_t>();
+  parts.radiance_scale = in.Get<float>();
+  const uint32_t scale_bits = std::bit_cast<uint32_t>(parts.radiance_scale);
+  if ((scale_bits & 0x807fffff) != 0 || scale_bits == 0 || !std::isfinite(parts.radiance_scale)) in.Fail("has an invalid radiance scale");
+
+  parts.depths = in.GetVector<uint8_t>();
+  const auto learned = in.GetVector<uint8_t>();
+  const auto counts = in.GetVector<uint32_t>();
+  const auto fractions = in.GetVector<float>();
+  const auto records = in.GetVector<float>();
+  const auto flux = in.GetVector<float>();
+  const auto masks = in.GetVector<uint8_t>();
+  const auto probabilities = in.GetVector<float>();
+  in.ExpectEnd();
+  const size_t leaves = parts.depths.size();
+  if (learned.size() != leaves || counts.size() != leaves || fractions.size() != leaves || records.size() != leaves || flux.size() != leaves ||
+      probabilities.size() != masks.size() * 4) {
+    in.Fail("has arrays of different lengths");
+  }
+  if (!SpatialTree::FromDepths(parts.corner, parts.size, parts.depths)) in.Fail("has a broken spatial tree");
+  if (masks.size() > (uint64_t{1} << 29)) in.Fail("has too many nodes");
+
+  parts.nodes.resize(masks.size());
+  for (size_t i = 0; i < masks.size(); ++i) {
+    for (int c = 0; c < 4; ++c) parts.nodes[i].probability[c] = probabilities[i * 4 + c];
+    if (!IsDistribution(parts.nodes[i]) || masks[i] > 15) in.Fail("has a node that is no distribution");
+  }
+  parts.leaves.resize(leaves);
+  uint64_t first = 0;
+  for (size_t i = 0; i < leaves; ++i) {
+    if (counts[i] == 0 || counts[i] > masks.size() - first) in.Fail("has a directional tree beyond its nodes");
+    const int depth = Linker(std::span(parts.nodes).subspan(first, counts[i]), std::span(masks).subspan(first, counts[i]),
+                             parts.options.max_directional_depth).Link();
+    if (depth == 0) in.Fail("has a broken directional tree");
+    if (learned[i] > 1 || !(fractions[i] >= kMinBsdfFraction && fractions[i] <= kMaxBsdfFraction) || !(records[i] >= 0) ||
+        !std::isfinite(records[i]) || !(flux[i] >= 0) || !std::isfinite(flux[i])) {
+      in.Fail("has an invalid leaf");
+    }
+    parts.leaves[i] = {static_cast<uint32_t>(first), counts[i], fractions[i], records[i], flux[i], learned[i], static_cast<uint8_t>(depth)};
+    first += counts[i];
+  }
+  if (first != masks.size()) in.Fail("has nodes of no tree");
+  return std::make_shared<const SdTree>(std::move(parts));
+}
+
+}  // namespace lodestar

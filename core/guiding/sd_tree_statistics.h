@@ -1,0 +1,101 @@
+// What one thread learned in one round: sums over the slots and leaves of one SdTree. All sums are exact (docs/decisions/0002-exact-sums.md),
+// so any partition of the records over threads, workers and merges gives the same bits.
+//
+// Not thread-safe: one per thread, merged afterwards. Memory is address space of 64 bytes a node, of which only touched pages are backed.
+#pragma once
+
+#include <span>
+
+#include "core/guiding/bsdf_fraction.h"
+#include "core/guiding/sd_tree.h"
+#include "core/guiding/zero_pages.h"
+
+namespace lodestar {
+
+// One vertex of a path, once the light from its sampled direction is known.
+struct SdTreeRecord {
+  Vec3 position;
+  Vec3 direction;        // of unit length, towards where the light came from
+  float radiance = 0;    // lum(L), incident
+  float pdf = 0;         // of the mixture that sampled the direction, per steradian
+  float bsdf_pdf = 0;    // of its two techniques
+  float tree_pdf = 0;
+  float product = 0;     // lum(f cos L)
+  bool delta = false;    // sampled from a delta lobe: counted, else left out
+  uint32_t leaf = 0;     // LeafAt(position)
+};
+
+class SdTreeStatistics {
+ public:
+  struct Counts {
+    uint64_t accepted = 0;
+    uint64_t delta = 0;
+    uint64_t refused = 0;    // not finite, negative, or a pdf that is not positive
+    uint64_t saturated = 0;  // values beyond 2^70 after scaling, clamped
+    friend bool operator==(const Counts&, const Counts&) = default;
+  };
+  // Sums of one spatial leaf.
+  struct alignas(32) LeafSums {
+    FractionSums fraction;
+    uint64_t weight = 0;  // records, in units of 2^-24 (the box filter shares them out)
+    double records() const { return static_cast<double>(weight) * 0x1p-24; }
+  };
+
+  explicit SdTreeStatistics(std::shared_ptr<const SdTree> tree);
+  SdTreeStatistics(SdTreeStatistics&&) = default;
+  SdTreeStatistics& operator=(SdTreeStatistics&&) = default;
+
+  // u_spatial in [0, 1)^3 is used by the stochastic filter only.
+  void Record(const SdTreeRecord& record, Vec3 u_spatial);
+  // A path's records at once, which hides the memory's latency; the jitter of record i is a hash of (key, i).
+  void Record(std::span<const SdTreeRecord> records, uint64_t key);
+
+  // Both must belong to the same tree. Costs what `other` touched.
+  void Merge(const SdTreeStatistics& other);
+
+  // Canonical: equal sums have equal bytes, whatever their history. Sparse: what was not touched takes none.
+  Bytes Serialize() const;
+  // Throws Error(kCorrupt); kConflict where the bytes belong to another tree.
+  static SdTreeStatistics Parse(std::shared_ptr<const SdTree> tree, std::string_view bytes);
+
+  const std::shared_ptr<const SdTree>& tree() const { return tree_; }
+  const Counts& counts() const { return counts_; }
+  bool touched(uint32_t leaf) const { return (touched_[leaf / 64] >> (leaf % 64)) & 1; }
+  uint64_t touched_leaves() const;
+  uint64_t touched_slots() const;
+  const LeafSums& leaf(uint32_t leaf) const { return leaves_[leaf]; }
+  // The sums of the slots of a leaf's D-tree: 4 * node_count.
+  std::span<const ExactSum> slots(uint32_t leaf) const {
+    return {slots_.data() + size_t{tree_->leaf(leaf).first_node} * 4, size_t{tree_->leaf(leaf).node_count} * 4};
+  }
+
+ private:
+  bool Gate(const SdTreeRecord& record, float* value);
+  void AddFraction(const SdTreeRecord& record);
+  void Touch(uint32_t leaf) { touched_[leaf / 64] |= uint64_t{1} << (leaf % 64); }
+  void AddWeight(uint32_t leaf, uint64_t weight) {
+    Touch(leaf);
+    leaves_[leaf].weight += weight;
+  }
+  void AddSlot(uint32_t leaf, uint32_t slot, float value) {
+    counts_.saturated += !slots_[size_t{tree_->leaf(leaf).first_node} * 4 + slot].Add(value);
+  }
+  void AddDirectional(uint32_t leaf, uint32_t x, uint32_t y, float value);
+  uint32_t JitteredLeaf(const SdTreeRecord& record, Vec3 u) const;
+  void AddBox(const SdTreeRecord& record, float value, uint32_t x, uint32_t y);
+  // Calls visit(leaf) for every touched leaf, ascending.
+  template <class Visit>
+  void ForTouched(Visit&& visit) const {
+    for (size_t word = 0; word < touched_.size(); ++word) {
+      for (uint64_t bits = touched_[word]; bits != 0; bits &= bits - 1) visit(static_cast<uint32_t>(word * 64 + std::countr_zero(bits)));
+    }
+  }
+
+  std::shared_ptr<const SdTree> tree_;
+  ZeroPages<ExactSum> slots_;
+  ZeroPages<LeafSums> leaves_;
+  std::vector<uint64_t> touched_;
+  Counts counts_;
+};
+
+}  // namespace lodestar
