@@ -10,6 +10,7 @@
 #include "core/base/clock.h"
 #include "core/base/stop.h"
 #include "core/film/error_metrics.h"
+#include "core/learning/combination.h"
 #include "core/learning/method.h"
 
 namespace lodestar {
@@ -20,6 +21,9 @@ class Executor {
   virtual ~Executor() = default;
   // Blocks until every unit of the round is merged; nothing where `stop` was requested first.
   virtual std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) = 0;
+  // Called before Execute(state, round): the round that would come after it under the same state, if no budget ends the run first. An executor
+  // may begin it while `round` drains, and must be ready to throw it away. The loop leaves this out where the state will advance in between.
+  virtual void Announce(const std::shared_ptr<const State>& state, const Round& next) {}
 };
 
 // One point of error against run time.
@@ -27,7 +31,7 @@ struct ErrorPoint {
   double seconds = 0;
   uint64_t spp = 0;        // passes rendered so far, training included
   uint32_t iteration = 0;
-  double relmse_estimated = 0;          // trimmed, from the pixel variances
+  double relmse_estimated = 0;          // trimmed, from the pixel variances; infinity while unknown (one pass)
   std::optional<ErrorMetrics> against_reference;
 };
 
@@ -35,7 +39,7 @@ struct JobProgress {
   uint32_t iteration = 0;
   uint64_t passes = 0;
   double seconds = 0;
-  double relmse_estimated = 0;
+  double relmse_estimated = 0;       // the last measured; infinity while unknown
   double fraction = 0;               // of the nearest budget
   double seconds_left = -1;          // -1: unknown
   uint64_t rays = 0, paths = 0, vertices = 0;
@@ -54,6 +58,14 @@ struct JobReport {
   std::string stop_reason;           // "spp", "time", "error", "stopped"
 };
 
+// Makes the method of a job; a loop takes another than MakeMethod where tests or research bring their own.
+using MethodFactory = std::function<std::unique_ptr<Method>(const JobSpec&, const Survey&)>;
+
+// Iterations. Those before the last train: they have as many passes as the method says, and what they recorded advances the state. The last one
+// only renders and takes what the budget still gives. When training ends is decided at iteration ends and stored: after
+// JobSpec::training_iterations, or the method's own number; else when the next iteration would leave less than half of the budget (by spp: less than
+// the next two doublings together; by time and error: predicted) to the last one; and for Combination::kAutomatic once the predicted final variance
+// stops falling (Mueller et al. 2017, section 5.3).
 class Loop {
  public:
   struct Hooks {
@@ -62,14 +74,17 @@ class Loop {
     std::shared_ptr<const Image> reference;                               // error points are measured against it where given
   };
 
-  Loop(const JobSpec& job, const Survey& survey);
+  // Throws Error(kInvalidInput) for budgets, resolutions, methods and options that make no sense.
+  Loop(const JobSpec& job, const Survey& survey, const MethodFactory& make_method = MakeMethod);
   // From Checkpoint(); throws Error(kCorrupt) or (kConflict) on bytes of another version.
-  static std::unique_ptr<Loop> Restore(std::string_view checkpoint);
+  static std::unique_ptr<Loop> Restore(std::string_view checkpoint, const MethodFactory& make_method = MakeMethod);
 
-  // Runs to the budget or to a stop request (which leaves the loop at the last round's edge).
+  // Runs to the budget or to a stop request (which leaves the loop at the last round's edge; Run() again goes on from there). Time is the
+  // executor's, merging and advancing included, hooks and error measurement not. What the executor or a hook throws passes through, with the loop at
+  // the last edge.
   void Run(Executor& executor, const StopToken& stop, const Hooks& hooks, const Clock& clock = Clock::Steady());
 
-  Image Develop() const;                     // the image so far
+  Image Develop() const;                     // the image so far; black before the first round
   JobReport Report() const;
   Bytes Checkpoint() const;
   bool finished() const { return finished_; }
@@ -77,27 +92,44 @@ class Loop {
   const std::shared_ptr<const State>& state() const { return state_; }
   const JobSpec& job() const { return job_; }
   const Survey& survey() const { return survey_; }
-  // The round Run() would execute next (or is executing).
+  const TileGrid& grid() const { return grid_; }
+  uint64_t passes() const { return passes_; }
+  // The round Run() would execute next (or is executing); not once finished.
   Round NextRound() const;
 
  private:
-  // Iteration films that still can enter the image.
-  struct IterationFilm {
-    uint32_t iteration = 0;
-    Film film;
-  };
+  friend class LoopCheckpoint;
+
+  uint64_t SppBudget() const;
+  bool TimeBudgetOver(double next_round_seconds) const;
+  // Round edges.
+  void AddRound(const Round& round, Contribution contribution);
+  void DecideStop(const Round& round, double round_seconds, const Image* reference);
+  void Measure(const Image* reference);
+  JobProgress Progress(double seconds_per_pass) const;
+  // Iteration ends.
+  bool EndsTraining(uint32_t next) const;
+  double PredictedVariance() const;
+  void Advance(const Clock& clock);
+  void BeginIteration();
+
   JobSpec job_;
   Survey survey_;
   TileGrid grid_;
   std::unique_ptr<Method> method_;
   std::shared_ptr<const State> state_;
-  std::vector<IterationFilm> films_;
-  std::unique_ptr<Statistics> learned_;      // of the current iteration, rounds merged in order
+  std::vector<IterationFilm> films_;         // those that still can enter the image; the last is the current iteration's
+  std::unique_ptr<Statistics> learned_;      // of the current iteration, rounds merged
   uint32_t iteration_ = 0, round_ = 0;
   uint64_t iteration_passes_ = 0, passes_ = 0;
-  bool final_iteration_ = false, finished_ = false;
+  bool final_iteration_ = false;
+  bool iteration_complete_ = false;          // the advance comes next, and next_is_final_ is decided
+  bool next_is_final_ = false, finished_ = false;
   double seconds_ = 0, seconds_learning_ = 0;
-  JobReport report_;
+  double iteration_seconds_ = 0, last_advance_seconds_ = 0;
+  double previous_prediction_ = 0;           // Combination::kAutomatic; 0: none yet
+  double error_ = 0;                         // last measured estimate; infinity: unknown
+  JobReport report_;                         // points, health, counters and stop reason; Report() adds the rest
 };
 
 // Passes in a round: enough samples that a round's overhead vanishes and few enough that budgets by time are met closely; a function of the
