@@ -1,0 +1,22 @@
+// A job's report as JSON and its error points as CSV; one schema for renders in a process and on the farm (docs/command-line.md).
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "core/learning/loop.h"
+
+namespace lodestar {
+
+nlohmann::json ReportToJson(const JobReport& report);
+nlohmann::json MetricsToJson(const ErrorMetrics& metrics);
+nlohmann::json PointsToJson(const std::vector<ErrorPoint>& points);
+// Members that are missing or of another type count as zero.
+std::vector<ErrorPoint> PointsFromJson(const nlohmann::json& points);
+
+// One header line, then one line a point; columns of a reference that was not given stay empty.
+extern const char kCsvHeader[];
+std::string PointsToCsv(const std::string& label, uint64_t seed, const std::vector<ErrorPoint>& points);
+
+}  // namespace lodestar
