@@ -65,11 +65,8 @@ struct SceneNeeds {
 
 class Scene {
  public:
-  struct Options {
-    int resolution_x = 0, resolution_y = 0;  // 0: the file's
-  };
   // Throws Error with file and line of the offending directive. Builds deterministic acceleration structures (single-threaded tree builds).
-  static std::shared_ptr<const Scene> Compile(const SceneDescription& description, const Options& options = {});
+  static std::shared_ptr<const Scene> Compile(const SceneDescription& description);
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
