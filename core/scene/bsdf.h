@@ -6,9 +6,12 @@
 
 #include <cstdint>
 #include <optional>
+#include <type_traits>
 
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
+#include "core/math/warp.h"
+#include "core/scene/layering.h"
 
 namespace lodestar {
 
@@ -33,9 +36,16 @@ class Bsdf {
     kCoatedDiffuse, kSmoothCoatedDiffuse, kCoatedConductor, kDiffuseTransmission, kNone,
   };
 
-  BsdfValue Evaluate(Vec3 wo, Vec3 wi) const;
-  // Nothing where the sample failed (grazing, below the surface): the path ends, with weight zero.
-  std::optional<BsdfSample> Sample(Vec3 wo, float u_lobe, Vec2 u) const;
+  BsdfValue Evaluate(Vec3 wo, Vec3 wi) const {
+    if (kind_ == Kind::kDiffuse) return EvaluateDiffuse(wo, wi);
+    return EvaluateOther(wo, wi);
+  }
+  // Nothing where the sample failed (grazing, below the surface): the path ends, with weight zero. Hence Evaluate().pdf integrates to
+  // 1 - DeltaProbability(wo) - P(failure); P(failure) > 0 only for the rough lobes.
+  std::optional<BsdfSample> Sample(Vec3 wo, float u_lobe, Vec2 u) const {
+    if (kind_ == Kind::kDiffuse) return SampleDiffuse(wo, u);
+    return SampleOther(wo, u_lobe, u);
+  }
 
   Kind kind() const { return kind_; }
   // False where every lobe is a delta: neither lights nor guides can be sampled for.
@@ -45,21 +55,86 @@ class Bsdf {
   // Hemispherical-directional reflectance (and transmittance), approximate; for AOVs and roulette only.
   Rgb Albedo(Vec3 wo) const;
 
-  // Factories; `alpha` are GGX alphas after remapping. Alphas below kSmoothAlpha become delta lobes.
+  // Factories; `alpha` are GGX alphas after remapping. Alphas (both) below kSmoothAlpha become delta lobes, as does a dielectric of eta 1.
+  // All are cheap enough to be called at every hit, where textures vary; the coated ones look their table up by (eta, thickness), which
+  // the first call builds (20 ms): call them once while compiling.
   static Bsdf Diffuse(Rgb reflectance);
-  static Bsdf Conductor(Rgb eta, Rgb k, Vec2 alpha);
+  // Exact Fresnel reflection of a complex index by single scattering on GGX, as pbrt-v4. `energy_compensation` adds the multiply scattered light
+  // that this loses (Kulla and Conty 2017, over our own albedo table): up to 60 % brighter at alpha 1. Recommended off, to agree with other
+  // renderers' single scattering.
+  static Bsdf Conductor(Rgb eta, Rgb k, Vec2 alpha, bool energy_compensation = false);
   static Bsdf Dielectric(float eta, Vec2 alpha);
   static Bsdf ThinDielectric(float eta);
-  static Bsdf CoatedDiffuse(Rgb reflectance, float eta, Vec2 alpha);
-  static Bsdf CoatedConductor(float interface_eta, Vec2 interface_alpha, Rgb eta, Rgb k, Vec2 alpha);
+  // A Lambertian base under a dielectric interface: exact but for the table's interpolation (alpha.x != alpha.y: the table's isotropic
+  // transmittance at sqrt(alpha.x alpha.y)). See bsdf_coated.cpp.
+  static Bsdf CoatedDiffuse(Rgb reflectance, float eta, Vec2 alpha, const CoatOptions& coat = {});
+  // A conductor under a dielectric interface: exact for a flat interface up to the first reflection on the base (and in full where both are
+  // flat), approximate beyond. eta, k are relative to vacuum and divided by interface_eta here, as pbrt-v4 does. See bsdf_coated.cpp.
+  static Bsdf CoatedConductor(float interface_eta, Vec2 interface_alpha, Rgb eta, Rgb k, Vec2 alpha, const CoatOptions& coat = {});
   static Bsdf DiffuseTransmission(Rgb reflectance, Rgb transmittance);
   static Bsdf None();
+
+  // kDiffuse, kCoatedDiffuse and kSmoothCoatedDiffuse with another reflectance: what a texture changes from hit to hit.
+  Bsdf WithReflectance(Rgb reflectance) const;
 
   static constexpr float kSmoothAlpha = 1e-3f;
 
  private:
+  BsdfValue EvaluateDiffuse(Vec3 wo, Vec3 wi) const {
+    if (!(wo.z * wi.z > 0)) return {};
+    const float pdf = std::fabs(wi.z) * kInvPi;
+    return {a_ * pdf, pdf};
+  }
+  std::optional<BsdfSample> SampleDiffuse(Vec3 wo, Vec2 u) const {
+    Vec3 wi = SquareToCosineHemisphere(u);
+    if (wi.z <= 0 || wo.z == 0) return std::nullopt;
+    const float pdf = wi.z * kInvPi;
+    if (wo.z < 0) wi.z = -wi.z;
+    return BsdfSample{wi, a_, pdf};
+  }
+  BsdfValue EvaluateOther(Vec3 wo, Vec3 wi) const;
+  std::optional<BsdfSample> SampleOther(Vec3 wo, float u_lobe, Vec2 u) const;
+
+  // wo.z > 0 in all of these (the dispatcher mirrors both directions); `eta`: of the far side over wo's.
+  BsdfValue EvaluateConductor(Vec3 wo, Vec3 wi) const;
+  std::optional<BsdfSample> SampleConductor(Vec3 wo, float u_lobe, Vec2 u) const;
+  BsdfValue EvaluateDielectric(Vec3 wo, Vec3 wi, float eta) const;
+  std::optional<BsdfSample> SampleDielectric(Vec3 wo, float u_lobe, Vec2 u, float eta) const;
+  std::optional<BsdfSample> SampleSmoothDielectric(Vec3 wo, float u_lobe, float eta) const;
+  std::optional<BsdfSample> SampleThinDielectric(Vec3 wo, float u_lobe) const;
+  BsdfValue EvaluateDiffuseTransmission(Vec3 wo, Vec3 wi) const;
+  std::optional<BsdfSample> SampleDiffuseTransmission(Vec3 wo, float u_lobe, Vec2 u) const;
+
+  // What of a coat depends on wo alone.
+  struct CoatState {
+    float reflectance;         // Fresnel at wo; of a flat interface only
+    float transmittance;       // to the base
+    float lobe_probability;    // of sampling the coat's own lobe
+  };
+  CoatState CoatAt(Vec3 wo) const;
+  BsdfValue EvaluateCoatedDiffuse(Vec3 wo, Vec3 wi, const CoatState& state) const;
+  std::optional<BsdfSample> SampleCoatedDiffuse(Vec3 wo, float u_lobe, Vec2 u) const;
+  BsdfValue EvaluateCoatedConductor(Vec3 wo, Vec3 wi, const CoatState& state) const;
+  std::optional<BsdfSample> SampleCoatedConductor(Vec3 wo, float u_lobe, Vec2 u) const;
+  Rgb FlatCoatedConductorReflectance(float cos_o) const;
+  BsdfValue CoatLobe(Vec3 wo, Vec3 wi) const;
+  float CoatTransmittance(float mu) const;
+  void SetCoat(float eta, Vec2 alpha, const CoatOptions& coat);
+
   Kind kind_ = Kind::kNone;
-  // The implementer of bsdf.cpp settles the private parameters.
+  bool coat_flat_ = false, base_flat_ = false, compensated_ = false;
+  uint8_t base_bounces_ = 0;        // of a coat's walk; 0: the whole series
+  uint8_t coat_row_ = 0, base_row_ = 0;
+  Rgb a_;                           // reflectance, or eta of a conductor
+  Rgb b_;                           // transmittance, k of a conductor, or the scale of a coated base
+  Rgb c_;                           // compensation of a conductor
+  float eta_ = 1, inverse_eta_ = 1;  // of the inside (below) over the outside
+  Vec2 alpha_;                      // of the interface, or of a conductor without a coat
+  Vec2 base_alpha_;                 // of a coated conductor, widened by the coat
+  float coat_row_t_ = 0, base_row_t_ = 0;
+  float base_energy_ = 0;           // of the base per unit of light transmitted to it; estimate for sampling
+  const CoatTable* table_ = nullptr;
 };
+static_assert(sizeof(Bsdf) <= 96 && std::is_trivially_copyable_v<Bsdf>);
 
 }  // namespace lodestar

@@ -121,8 +121,9 @@ struct SphereIntegral {
 SphereIntegral IntegrateSphere(const SphereDensity& f, std::optional<Vec3> focus = std::nullopt,
                                double tolerance = 1e-5);
 
-// ∫ f(x, y) over [x0, x1] x [y0, y1], adaptive; `tolerance` is absolute, for the whole rectangle.
+// ∫ f(x, y) over [x0, x1] x [y0, y1], adaptive; `tolerance` is absolute, for the whole rectangle; `forced_depth` levels
+// of quartering happen in any case, against peaks narrower than the first points' distance.
 double IntegrateRectangle(const std::function<double(double, double)>& f, double x0, double x1, double y0, double y1,
-                          double tolerance, int max_depth = 12);
+                          double tolerance, int max_depth = 12, int forced_depth = 0);
 
 }  // namespace lodestar::test

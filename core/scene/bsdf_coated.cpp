@@ -1,0 +1,203 @@
+// Coated materials, composed analytically from tables of what the coat lets through (layering.h).
+//
+// Coated diffuse. Light arriving from wi reaches the base as the flux T(wi), is spread evenly by it, and of what leaves upwards the part R comes
+// back from the interface, evenly spread again: a geometric series S = 1 + rho R + (rho R)^2 + ... Towards wo, radiance crosses with
+// T(wo) / eta^2 (reciprocity of T between the sides). So
+//     f = f_interface + T(wo) T(wi) rho S / (pi eta^2)
+// is the expectation of pbrt-v4's random walk (Guo, Hasan, Zhao 2018) without a medium, with the walk cut after as many reflections.
+//
+// Coated conductor. Through a flat interface both directions refract to wo', wi', and with f_b the base's own GGX lobe
+//     f = f_interface + T(wo) T(wi) / eta^2 * f_b(wo', wi') * S,   S = 1 + F K + (F K)^2 + ...
+// is exact in its first term. Approximations: (1) later reflections keep the lobe's shape, their energy by K = min(K(wo'), K(wi')), what the
+// interface returns of the base's lobe (the minimum is reciprocal, and never returns more than there is); F is Fresnel at the half vector of the first; (2) a rough interface widens the base's lobe: a slope s of
+// the interface turns a refracted direction by (1 - 1/eta) s, twice, against 2 s for a slope of the base: alpha'^2 = alpha^2 +
+// (1 - 1/eta)^2 alpha_c^2 / 2; T is the rough interface's. Both flat: the exact series, one delta lobe.
+#include "core/scene/bsdf.h"
+#include "core/scene/fresnel.h"
+#include "core/scene/microfacet.h"
+
+namespace lodestar {
+namespace {
+
+// 1 + x + ... + x^(terms - 1) per channel; all of it where terms is 0.
+Rgb Series(Rgb x, int terms) {
+  if (terms == 0) return Rgb(1) / (Rgb(1) - x);
+  Rgb sum(1);
+  for (int i = 1; i < terms; ++i) sum = Rgb(1) + x * sum;
+  return sum;
+}
+
+float Mean(Rgb c) { return (c.r + c.g + c.b) * (1 / 3.0f); }
+
+}  // namespace
+
+void Bsdf::SetCoat(float eta, Vec2 alpha, const CoatOptions& coat) {
+  eta_ = eta;
+  inverse_eta_ = 1 / eta;
+  coat_flat_ = eta == 1 || Ggx::IsSmooth(alpha, kSmoothAlpha);
+  alpha_ = Ggx::Clamped(alpha).alpha;
+  table_ = &CoatTable::For(eta, coat.thickness);
+  const CoatTable::Row row = CoatTable::RowOf(coat_flat_ ? 0 : Ggx{alpha_}.MeanAlpha());
+  coat_row_ = static_cast<uint8_t>(row.index);
+  coat_row_t_ = row.t;
+  base_bounces_ = static_cast<uint8_t>(std::min(coat.BaseBounces(), 255));
+}
+
+Bsdf Bsdf::CoatedDiffuse(Rgb reflectance, float eta, Vec2 alpha, const CoatOptions& coat) {
+  Bsdf b;
+  b.SetCoat(eta, alpha, coat);
+  b.kind_ = b.coat_flat_ ? Kind::kSmoothCoatedDiffuse : Kind::kCoatedDiffuse;
+  return b.WithReflectance(reflectance);
+}
+
+Bsdf Bsdf::WithReflectance(Rgb reflectance) const {
+  Bsdf b = *this;
+  b.a_ = reflectance;
+  if (kind_ == Kind::kDiffuse) return b;
+  const CoatTable::Row row{coat_row_, coat_row_t_};
+  b.b_ = reflectance * Series(reflectance * table_->InternalReflectance(row), base_bounces_) * (kInvPi * inverse_eta_ * inverse_eta_);
+  b.base_energy_ = Mean(b.b_) * kPi * table_->MeanTransmittance(row);
+  return b;
+}
+
+Bsdf Bsdf::CoatedConductor(float interface_eta, Vec2 interface_alpha, Rgb eta, Rgb k, Vec2 alpha, const CoatOptions& coat) {
+  Bsdf b;
+  b.kind_ = Kind::kCoatedConductor;
+  b.SetCoat(interface_eta, interface_alpha, coat);
+  b.base_flat_ = Ggx::IsSmooth(alpha, kSmoothAlpha);
+  b.a_ = eta * b.inverse_eta_;
+  b.b_ = k * b.inverse_eta_;
+  // A mirror is a table row of its own (row 0) even where the coat's roughness will widen its image.
+  const float widening = b.coat_flat_ ? 0 : 0.5f * Sqr(1 - b.inverse_eta_);
+  const Vec2 own = b.base_flat_ ? Vec2{} : Ggx::Clamped(alpha).alpha;
+  b.base_alpha_ = {std::max(std::sqrt(own.x * own.x + widening * b.alpha_.x * b.alpha_.x), kSmoothAlpha),
+                   std::max(std::sqrt(own.y * own.y + widening * b.alpha_.y * b.alpha_.y), kSmoothAlpha)};
+  const CoatTable::Row row = CoatTable::RowOf(Ggx{b.base_alpha_}.MeanAlpha());
+  b.base_row_ = static_cast<uint8_t>(row.index);
+  b.base_row_t_ = row.t;
+  // Not zero where Fresnel is: it grows towards grazing angles.
+  b.base_energy_ = std::max(Mean(FresnelConductor(0.9f, b.a_, b.b_)), 0.05f);
+  return b;
+}
+
+float Bsdf::CoatTransmittance(float mu) const { return table_->Transmittance(mu, {coat_row_, coat_row_t_}); }
+
+Bsdf::CoatState Bsdf::CoatAt(Vec3 wo) const {
+  CoatState state;
+  float lobe;
+  if (coat_flat_) {
+    const DielectricFresnel fresnel = FresnelDielectric(wo.z, eta_);
+    state.reflectance = lobe = fresnel.reflectance;
+    state.transmittance = (1 - fresnel.reflectance) * LayerTransmittance(table_->thickness(), fresnel.cos_t);
+  } else {
+    state.transmittance = CoatTransmittance(wo.z);
+    state.reflectance = lobe = std::max(1 - state.transmittance, 0.0f);
+  }
+  const float base = state.transmittance * base_energy_;
+  state.lobe_probability = lobe > 0 ? lobe / (lobe + base) : 0;
+  return state;
+}
+
+BsdfValue Bsdf::CoatLobe(Vec3 wo, Vec3 wi) const {
+  const GgxReflection r = EvaluateReflection(Ggx{alpha_}, wo, wi);
+  return {Rgb(r.value * FresnelDielectric(r.cos, eta_).reflectance), r.pdf};
+}
+
+// ---- coated diffuse -------------------------------------------------------------------------------------------------
+
+BsdfValue Bsdf::EvaluateCoatedDiffuse(Vec3 wo, Vec3 wi, const CoatState& state) const {
+  float transmittance_i;
+  if (coat_flat_) {
+    const DielectricFresnel fresnel = FresnelDielectric(wi.z, eta_);
+    transmittance_i = (1 - fresnel.reflectance) * LayerTransmittance(table_->thickness(), fresnel.cos_t);
+  } else {
+    transmittance_i = CoatTransmittance(wi.z);
+  }
+  BsdfValue value{b_ * (state.transmittance * transmittance_i * wi.z), (1 - state.lobe_probability) * wi.z * kInvPi};
+  if (!coat_flat_) {
+    const BsdfValue lobe = CoatLobe(wo, wi);
+    value.f_cos += lobe.f_cos;
+    value.pdf += state.lobe_probability * lobe.pdf;
+  }
+  return value;
+}
+
+std::optional<BsdfSample> Bsdf::SampleCoatedDiffuse(Vec3 wo, float u_lobe, Vec2 u) const {
+  const CoatState state = CoatAt(wo);
+  Vec3 wi;
+  if (u_lobe < state.lobe_probability) {
+    if (coat_flat_) {
+      return BsdfSample{.wi = {-wo.x, -wo.y, wo.z}, .weight = Rgb(state.reflectance / state.lobe_probability),
+                        .pdf = state.lobe_probability, .delta = true};
+    }
+    const Vec3 m = Ggx{alpha_}.SampleVisible(wo, u);
+    wi = m * (2 * Dot(wo, m)) - wo;
+  } else {
+    wi = SquareToCosineHemisphere(u);
+  }
+  if (!(wi.z > 0)) return std::nullopt;
+  const BsdfValue value = EvaluateCoatedDiffuse(wo, wi, state);
+  if (!(value.pdf > 0)) return std::nullopt;
+  return BsdfSample{wi, value.f_cos / value.pdf, value.pdf};
+}
+
+// ---- coated conductor -----------------------------------------------------------------------------------------------
+
+Rgb Bsdf::FlatCoatedConductorReflectance(float cos_o) const {
+  const DielectricFresnel fresnel = FresnelDielectric(cos_o, eta_);
+  if (fresnel.reflectance >= 1) return Rgb(1);
+  const float crossing = LayerTransmittance(table_->thickness(), fresnel.cos_t);
+  const Rgb base = FresnelConductor(fresnel.cos_t, a_, b_) * (crossing * crossing);
+  return Rgb(fresnel.reflectance) + base * Series(base * fresnel.reflectance, base_bounces_) * Sqr(1 - fresnel.reflectance);
+}
+
+BsdfValue Bsdf::EvaluateCoatedConductor(Vec3 wo, Vec3 wi, const CoatState& state) const {
+  BsdfValue value;
+  if (!coat_flat_) {
+    value = CoatLobe(wo, wi);
+    value.pdf *= state.lobe_probability;
+  }
+  const Vec3 o = AcrossFlatInterface(wo, eta_), i = AcrossFlatInterface(wi, eta_);
+  if (!(o.z > 0 && i.z > 0)) return value;
+  const float transmittance_i =
+      coat_flat_ ? (1 - FresnelDielectric(wi.z, eta_).reflectance) * LayerTransmittance(table_->thickness(), i.z) : CoatTransmittance(wi.z);
+  const GgxReflection r = EvaluateReflection(Ggx{base_alpha_}, o, i);  // value = D G2 / (4 co ci) * i.z
+  const Rgb fresnel = FresnelConductor(r.cos, a_, b_);
+  const CoatTable::Row row{base_row_, base_row_t_};
+  const float returned = std::min(table_->LobeReturn(wo.z, row), table_->LobeReturn(wi.z, row));
+  const Rgb series = Series(fresnel * returned, base_bounces_);
+  // cos dwi = eta^2 cos' dwi'.
+  const float jacobian = wi.z / (i.z * eta_ * eta_);
+  value.f_cos += fresnel * series * (state.transmittance * transmittance_i * r.value * jacobian);
+  value.pdf += (1 - state.lobe_probability) * r.pdf * jacobian;
+  return value;
+}
+
+std::optional<BsdfSample> Bsdf::SampleCoatedConductor(Vec3 wo, float u_lobe, Vec2 u) const {
+  if (coat_flat_ && base_flat_) {
+    return BsdfSample{.wi = {-wo.x, -wo.y, wo.z}, .weight = FlatCoatedConductorReflectance(wo.z), .pdf = 1, .delta = true};
+  }
+  const CoatState state = CoatAt(wo);
+  Vec3 wi;
+  if (u_lobe < state.lobe_probability) {
+    if (coat_flat_) {
+      return BsdfSample{.wi = {-wo.x, -wo.y, wo.z}, .weight = Rgb(state.reflectance / state.lobe_probability),
+                        .pdf = state.lobe_probability, .delta = true};
+    }
+    const Vec3 m = Ggx{alpha_}.SampleVisible(wo, u);
+    wi = m * (2 * Dot(wo, m)) - wo;
+  } else {
+    const Vec3 o = AcrossFlatInterface(wo, eta_);
+    if (!(o.z > 0)) return std::nullopt;
+    const Vec3 m = Ggx{base_alpha_}.SampleVisible(o, u);
+    const Vec3 i = m * (2 * Dot(o, m)) - o;
+    if (!(i.z > 0)) return std::nullopt;
+    wi = AcrossFlatInterface(i, inverse_eta_);
+  }
+  if (!(wi.z > 0)) return std::nullopt;
+  const BsdfValue value = EvaluateCoatedConductor(wo, wi, state);
+  if (!(value.pdf > 0)) return std::nullopt;
+  return BsdfSample{wi, value.f_cos / value.pdf, value.pdf};
+}
+
+}  // namespace lodestar
