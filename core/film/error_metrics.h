@@ -13,16 +13,19 @@ struct ErrorMetrics {
 inline constexpr double kRelMseEpsilon = 0.01;
 inline constexpr double kTrimmedFraction = 0.001;
 
-// Throws Error(kInvalidInput) where the sizes differ.
+// Throws Error(kInvalidInput) where the sizes differ or a pixel of either is not finite (naming it).
 ErrorMetrics Compare(const Image& image, const Image& reference);
-// Expected relMSE of the image from the variances of its pixels: mean(variance / (luminance^2 + eps)), trimmed like the other.
+// Expected relMSE of the image from the variances of its pixels: mean(variance / (luminance^2 + eps)), trimmed like the other; infinity for an image
+// without variances. The luminance is the mean over 3x3 pixels: a pixel's own is correlated with its variance (a firefly raises both), which hides
+// up to all of the error above 1.
 struct EstimatedError {
   double relmse = 0, relmse_trimmed = 0;
 };
 EstimatedError EstimateError(const Image& image);
 // Relative luminance error per pixel, (lum x - lum r) / (lum r + eps); for the false-colour map of Lukac 2011.
 std::vector<float> RelativeLuminanceError(const Image& image, const Image& reference);
-// A perceptual diverging colour map for that error, +-1 at the ends: sRGB bytes, 3 a pixel.
+// A perceptual diverging colour map for that error, +-limit at the ends (blue below, orange above, nearly white at 0, black for NaN): sRGB bytes,
+// 3 a pixel. `limit` > 0.
 std::vector<uint8_t> FalseColour(const std::vector<float>& values, float limit = 1);
 
 }  // namespace lodestar

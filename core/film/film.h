@@ -34,6 +34,7 @@ class TileGrid {
 // Sums over a unit's passes: RGB, and the square of the luminance for the variance of the mean.
 struct PixelSum {
   float r = 0, g = 0, b = 0, luminance_squared = 0;
+  // A sample's radiance, finite (the tracer's gate saw to that). Sums that would overflow stay at the largest float.
   void Add(Rgb sample);
   friend bool operator==(const PixelSum&, const PixelSum&) = default;
 };
@@ -55,6 +56,7 @@ class Film {
  public:
   Film() = default;
   explicit Film(const TileGrid& grid);
+  // Adds a tile of this grid's size; AddPasses once a round, when all its tiles are added.
   void Add(const TileGrid& grid, const FilmTile& tile);
   void AddPasses(uint32_t passes) { passes_ += passes; }
   uint64_t passes() const { return passes_; }
@@ -62,17 +64,20 @@ class Film {
   uint32_t height() const { return height_; }
 
   Image Develop() const;
-  // Mean over pixels of the variance of the pixel mean, each pixel's clamped to `clamp` times the image's median so that a firefly does not own
-  // a weight; infinity below two passes.
+  // Mean over pixels of the variance of the pixel mean, each pixel's clamped to `clamp` times the median of those above zero so that a firefly
+  // does not own a weight; infinity below two passes, 0 for a picture without any noise (a black one, say).
   double MeanVariance(double clamp = 1000) const;
 
   void Write(ByteWriter& out) const;
+  // Fails the reader (Error kCorrupt) where size and pixels do not fit or a sum is not finite.
   static Film Read(ByteReader& in);
 
  private:
   struct Sum {
     double r = 0, g = 0, b = 0, luminance_squared = 0;
   };
+  double Variance(const Sum& sum) const;  // of the mean luminance
+
   uint32_t width_ = 0, height_ = 0;
   uint64_t passes_ = 0;
   std::vector<Sum> sums_;

@@ -15,6 +15,10 @@ struct Budget {
   uint64_t spp = 0;
   double seconds = 0;      // render time: learning and merging counted, compilation and output not
   double error = 0;        // estimated trimmed relMSE
+
+  static constexpr uint64_t kMaxSpp = (uint64_t{1} << 32) - 1;  // a pass has a 32-bit number
+  // Throws Error(kInvalidInput) for negative or non-finite figures and for more than kMaxSpp.
+  void Check() const;
 };
 
 struct JobSpec {
@@ -30,6 +34,7 @@ struct JobSpec {
   int training_iterations = -1;                  // -1: decided by the method at iteration ends
 
   Bytes Serialize() const;
+  // Throws Error(kCorrupt), or (kConflict) for another version's bytes; what the values mean is checked by whoever uses them (Loop, MakeMethod).
   static JobSpec Parse(std::string_view bytes);
 };
 

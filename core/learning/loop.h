@@ -101,6 +101,9 @@ class Loop {
   friend class LoopCheckpoint;
 
   uint64_t SppBudget() const;
+  // The round at a position; `done` passes of its iteration and `passes` of the job lie before it.
+  Round RoundAt(uint32_t iteration, uint32_t index, bool final, uint64_t done, uint64_t passes) const;
+  std::optional<Round> RoundAfter(const Round& round) const;  // under the same state
   bool TimeBudgetOver(double next_round_seconds) const;
   // Round edges.
   void AddRound(const Round& round, Contribution contribution);

@@ -38,7 +38,7 @@ struct Contribution {
   HealthReport health;
   uint64_t paths = 0, rays = 0, vertices = 0;
 
-  // Adds the contribution of other units of the same round.
+  // Adds the contribution of other units of the same round and leaves it empty.
   void Merge(Contribution&& other);
 };
 
@@ -64,6 +64,8 @@ class Method {
     uint32_t last = 4;  // iterations that enter the image
   };
   virtual Combination combination() const { return {}; }
+  // Iterations to train where the method's own options fix them; -1: the loop decides (JobSpec::training_iterations comes first).
+  virtual int TrainingIterations() const { return -1; }
 };
 
 // The registry: the one place that names methods.

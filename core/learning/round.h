@@ -24,6 +24,8 @@ struct TreeNode {
   uint32_t level = 0, index = 0;
   uint32_t first() const { return index << level; }
   uint32_t end(uint32_t unit_count) const;                 // exclusive
+  // False for blocks that start beyond the last unit or are larger than the root: to be asked before a node from outside is used.
+  bool ValidIn(uint32_t unit_count) const;
   bool Covers(TreeNode other) const { return other.level <= level && (other.index >> (level - other.level)) == index; }
   TreeNode Parent() const { return {level + 1, index >> 1}; }
   TreeNode Child(int which) const { return {level - 1, index * 2 + static_cast<uint32_t>(which)}; }

@@ -1,0 +1,99 @@
+#include "core/learning/contribution.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "core/base/check.h"
+#include "core/learning/sealed_bytes.h"
+
+namespace lodestar {
+namespace {
+
+constexpr uint32_t kMagic = DocumentMagic("LDCN");
+
+bool Sound(const PixelSum& p) {
+  return std::isfinite(p.r) && std::isfinite(p.g) && std::isfinite(p.b) && std::isfinite(p.luminance_squared) && p.luminance_squared >= 0;
+}
+
+FilmTile ReadTile(ByteReader& in, const TileGrid& grid, uint32_t expected) {
+  FilmTile tile;
+  tile.tile = in.Get<uint32_t>();
+  if (tile.tile != expected) in.Fail("holds tile " + std::to_string(tile.tile) + " where tile " + std::to_string(expected) + " belongs");
+  tile.pixels = in.GetVector<PixelSum>();
+  const TileRect rect = grid.Rect(tile.tile);
+  if (tile.pixels.size() != rect.pixels()) {
+    in.Fail("has " + std::to_string(tile.pixels.size()) + " pixels in tile " + std::to_string(tile.tile) + ", which has " + std::to_string(rect.pixels()));
+  }
+  const auto bad = std::find_if_not(tile.pixels.begin(), tile.pixels.end(), Sound);
+  if (bad != tile.pixels.end()) {
+    const auto at = static_cast<uint32_t>(bad - tile.pixels.begin());
+    in.Fail("has a pixel sum that is not finite at x " + std::to_string(rect.x0 + at % rect.width()) + ", y " + std::to_string(rect.y0 + at / rect.width()));
+  }
+  return tile;
+}
+
+}  // namespace
+
+void Contribution::Merge(Contribution&& other) {
+  const bool append = tiles.empty() || other.tiles.empty() || tiles.back().tile < other.tiles.front().tile;
+  const auto middle = static_cast<std::ptrdiff_t>(tiles.size());
+  tiles.insert(tiles.end(), std::make_move_iterator(other.tiles.begin()), std::make_move_iterator(other.tiles.end()));
+  if (!append) {
+    std::inplace_merge(tiles.begin(), tiles.begin() + middle, tiles.end(), [](const FilmTile& a, const FilmTile& b) { return a.tile < b.tile; });
+    const auto twice = std::adjacent_find(tiles.begin(), tiles.end(), [](const FilmTile& a, const FilmTile& b) { return a.tile == b.tile; });
+    LODESTAR_CHECK(twice == tiles.end());  // the same unit merged twice
+  }
+  if (!statistics) {
+    statistics = std::move(other.statistics);
+  } else if (other.statistics) {
+    statistics->Merge(*other.statistics);
+  }
+  health.Merge(other.health);
+  paths += other.paths;
+  rays += other.rays;
+  vertices += other.vertices;
+  other = Contribution();
+}
+
+Bytes SerializeContribution(const Contribution& contribution) {
+  ByteWriter out = OpenDocument(kMagic, kContributionVersion);
+  out.Put<uint32_t>(static_cast<uint32_t>(contribution.tiles.size()));
+  for (const FilmTile& tile : contribution.tiles) {
+    out.Put(tile.tile);
+    out.PutVector(tile.pixels);
+  }
+  contribution.health.Write(out);
+  out.Put(contribution.paths);
+  out.Put(contribution.rays);
+  out.Put(contribution.vertices);
+  out.Put<uint8_t>(contribution.statistics ? 1 : 0);
+  if (contribution.statistics) out.PutString(contribution.statistics->Serialize());
+  return Seal(std::move(out));
+}
+
+Contribution ParseContribution(const Method& method, const std::shared_ptr<const State>& state, const TileGrid& grid, const Round& round, TreeNode node,
+                               std::string_view bytes) {
+  const std::string what = "contribution of " + node.ToString() + " (iteration " + std::to_string(round.iteration) + ", round " + std::to_string(round.index) + ")";
+  ByteReader in(OpenSealed(bytes, kMagic, kContributionVersion, what), what);
+  if (round.unit_count != grid.tile_count()) in.Fail("belongs to a round of another image size");
+  if (!node.ValidIn(round.unit_count)) in.Fail("names a node that does not exist in its round");
+  Contribution contribution;
+  const uint32_t first = node.first(), units = node.end(round.unit_count) - first;
+  if (in.Get<uint32_t>() != units) in.Fail("does not hold the " + std::to_string(units) + " tiles of its node");
+  for (uint32_t i = 0; i < units; ++i) contribution.tiles.push_back(ReadTile(in, grid, first + i));
+  contribution.health = HealthReport::Read(in);
+  contribution.paths = in.Get<uint64_t>();
+  contribution.rays = in.Get<uint64_t>();
+  contribution.vertices = in.Get<uint64_t>();
+  const auto recorded = in.Get<uint8_t>();
+  if (recorded > 1) in.Fail("has a malformed statistics flag");
+  if (recorded != 0) {
+    if (!round.record) in.Fail("carries statistics, but nothing is learned from its round");
+    contribution.statistics = method.ParseStatistics(state, in.GetString());
+  }
+  in.ExpectEnd();
+  return contribution;
+}
+
+}  // namespace lodestar

@@ -1,0 +1,44 @@
+#include "core/learning/method.h"
+
+#include "core/base/error.h"
+#include "core/learning/path_tracing.h"
+#include "core/learning/sd_tree_guiding.h"
+
+namespace lodestar {
+namespace {
+
+struct Registered {
+  MethodEntry entry;
+  std::unique_ptr<Method> (*make)(const JobSpec&, const Survey&);
+};
+
+// One line a method.
+const std::vector<Registered>& Registry() {
+  static const std::vector<Registered> kRegistry = {
+      {PathMethod::Entry(), [](const JobSpec& job, const Survey&) -> std::unique_ptr<Method> { return std::make_unique<PathMethod>(job); }},
+      {SdTreeMethod::Entry(), [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> { return std::make_unique<SdTreeMethod>(job, survey); }},
+  };
+  return kRegistry;
+}
+
+}  // namespace
+
+std::span<const MethodEntry> Methods() {
+  static const std::vector<MethodEntry> kEntries = [] {
+    std::vector<MethodEntry> entries;
+    for (const Registered& registered : Registry()) entries.push_back(registered.entry);
+    return entries;
+  }();
+  return kEntries;
+}
+
+std::unique_ptr<Method> MakeMethod(const JobSpec& job, const Survey& survey) {
+  std::string names;
+  for (const Registered& registered : Registry()) {
+    if (registered.entry.name == job.method) return registered.make(job, survey);
+    names += (names.empty() ? "" : ", ") + registered.entry.name;
+  }
+  throw Error(ErrorKind::kInvalidInput, "there is no method '" + job.method + "'; there are: " + names);
+}
+
+}  // namespace lodestar
