@@ -33,6 +33,8 @@ class Sampler {
     const uint64_t bits = Mix64(pass_key_ + (pair + 1) * 0x9e3779b97f4a7c15ULL);
     return {ToUnit(static_cast<uint32_t>(bits >> 32)), ToUnit(static_cast<uint32_t>(bits))};
   }
+  // Names this pixel sample; for hashes that need more numbers than the path itself.
+  uint64_t key() const { return pass_key_; }
   float Next1D() { return Next2D().x; }
 
   // [0, 1) with 24 bits.

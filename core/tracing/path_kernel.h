@@ -30,15 +30,14 @@ struct PathSettings {
   int roulette_start = 2;        // first bounce that may be ended by roulette
 };
 
-// Dimension pairs of a path: pixel, lens, then four a vertex: (roulette, mix), (lobe or technique, light), direction, position on the light. The
-// vertices' own numbers for recording lie behind all of them.
-inline constexpr uint32_t kFirstVertexPair = 2, kPairsPerVertex = 4, kRecordPairs = 1u << 20;
+// Dimension pairs of a path: pixel, lens, then four a vertex: (roulette, mix), (lobe or technique, light), direction, position on the light.
+inline constexpr uint32_t kFirstVertexPair = 2, kPairsPerVertex = 4;
 
 struct PathVertex {
-  Rgb local;    // radiance that leaves the vertex towards the camera without what arrives along wi: MIS-weighted emission and direct light
-  Rgb weight;   // f cos / pdf of wi
+  Rgb local{};  // radiance that leaves the vertex towards the camera without what arrives along wi: MIS-weighted emission and direct light
+  Rgb weight{};  // f cos / pdf of wi
   float roulette = 1;  // what survival multiplied the rest of the path by; 0: the path was ended here
-  Vec3 p, wi;
+  Vec3 p{}, wi{};
   float pdf = 0, bsdf_pdf = 0, tree_pdf = 0, product = 0;
   uint32_t leaf = 0;
   bool recorded = false;  // a smooth vertex that has a wi
@@ -116,7 +115,9 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
   constexpr bool kGuided = (kFeatures & kGuide) != 0, kRecording = (kFeatures & kRecord) != 0;
   Ray ray{camera_ray.origin, camera_ray.direction, kInfinity};
   Rgb radiance, beta(1);
-  float eta_scale = 1;
+  // What roulette looks at: the throughput this path would have if its directions had come from the BSDFs. A guide draws directions of much light often,
+  // so their throughput is small although their contribution is not: roulette on it would undo the guiding. Without a guide it is the throughput.
+  Rgb roulette_beta(1);
   float previous_pdf = 0;  // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
   Vec3 previous_p;
   if constexpr (kRecording) vertices->clear();
@@ -212,18 +213,20 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
     }
     if (ended) break;
     beta *= weight;
-    eta_scale *= eta * eta;
+    // Refraction scales radiance by the square of the relative index; survival must not depend on that (as pbrt).
+    roulette_beta *= weight * (eta * eta);
+    if constexpr (kGuided) roulette_beta *= delta ? technique.bsdf_fraction : bsdf_pdf > 0 ? pdf / bsdf_pdf : 1.0f;
     ++depth;
 
-    // Russian roulette on the throughput, without the radiance scaling of refraction (as pbrt).
     if (depth >= settings_.roulette_start) {
-      const float survival = MaxComponent(beta) * eta_scale;
+      const float survival = MaxComponent(roulette_beta);
       if (survival < 1) {
         if (!(u_mix.x < survival)) {
           if constexpr (kRecording) vertices->back().roulette = 0;
           break;
         }
         beta *= 1 / survival;
+        roulette_beta *= 1 / survival;
         if constexpr (kRecording) vertices->back().roulette = 1 / survival;
       }
     }

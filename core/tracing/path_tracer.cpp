@@ -1,5 +1,6 @@
 #include "core/tracing/path_tracer.h"
 
+#include <array>
 #include <utility>
 
 namespace lodestar {
@@ -19,27 +20,26 @@ static_assert(static_cast<int>(PixelFilter::Kind::kMitchell) == static_cast<int>
 
 // Radiance arriving along each vertex's wi, from the path's end to its start, into the tree's statistics. Walking backwards needs neither a
 // division by the throughput nor a difference of sums, so dim light behind a bright vertex keeps its precision.
-void RecordPath(const std::vector<PathVertex>& vertices, Sampler& sampler, SdTreeStatistics* statistics) {
+void RecordPath(const std::vector<PathVertex>& vertices, uint64_t key, std::vector<SdTreeRecord>* records, SdTreeStatistics* statistics) {
+  records->clear();
   Rgb incident;
   for (size_t i = vertices.size(); i-- > 0;) {
     const PathVertex& vertex = vertices[i];
     incident *= vertex.roulette;
     if (vertex.recorded) {
-      sampler.StartAt(kRecordPairs + 3 * static_cast<uint32_t>(i));
-      const Vec2 u0 = sampler.Next2D(), u1 = sampler.Next2D();
-      SdTreeRecord record;
-      record.position = vertex.p;
-      record.direction = vertex.wi;
-      record.radiance = Luminance(incident);
-      record.pdf = vertex.pdf;
-      record.bsdf_pdf = vertex.bsdf_pdf;
-      record.tree_pdf = vertex.tree_pdf;
-      record.product = vertex.product * record.radiance;
-      record.leaf = vertex.leaf;
-      statistics->Record(record, {u0.x, u0.y, u1.x});
+      const float radiance = Luminance(incident);
+      records->push_back({.position = vertex.p,
+                          .direction = vertex.wi,
+                          .radiance = radiance,
+                          .pdf = vertex.pdf,
+                          .bsdf_pdf = vertex.bsdf_pdf,
+                          .tree_pdf = vertex.tree_pdf,
+                          .product = vertex.product * radiance,
+                          .leaf = vertex.leaf});
     }
     incident = vertex.local + vertex.weight * incident;
   }
+  statistics->Record(*records, key);
 }
 
 // Sees that a sample is fit to be added; what is not counts as zero and is reported with the pixel and pass that replay it.
@@ -63,7 +63,7 @@ PathTracer::PathTracer(std::shared_ptr<const Scene> scene, uint64_t seed, const 
 unsigned PathTracer::Features(bool record) const {
   unsigned features = scene_->needs().environment ? kEnvironment : 0u;
   if (state_) {
-    if (state_->tree().HasLearned()) features |= kGuide;
+    if (state_->tree().iteration() > 0) features |= kGuide;
     if (record) features |= kRecord;
   }
   return features;
@@ -82,14 +82,14 @@ template <unsigned kFeatures>
 bool PathTracer::ExecuteWith(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const {
   const PathKernel<kFeatures> kernel(*scene_, settings_, state_ ? &state_->tree() : nullptr);
   SdTreeStatistics* statistics = nullptr;
-  if constexpr ((kFeatures & kRecord) != 0) statistics = &static_cast<SdTreeMethodStatistics&>(*into->statistics).sums();
+  if constexpr ((kFeatures & kRecord) != 0) statistics = &static_cast<SdTreeGuidingStatistics&>(*into->statistics).sums();
   const TileRect rect = grid_.Rect(unit);
   FilmTile tile;
   tile.tile = unit;
   tile.pixels.resize(rect.pixels());
   PathCounters counters;
   std::vector<PathVertex> vertices;
-  vertices.reserve(static_cast<size_t>(settings_.max_depth) + 2);
+  std::vector<SdTreeRecord> records;
   for (uint32_t y = rect.y0; y < rect.y1; ++y) {
     for (uint32_t x = rect.x0; x < rect.x1; ++x) {
       if (stop.Requested()) return false;
@@ -100,7 +100,7 @@ bool PathTracer::ExecuteWith(const Round& round, uint32_t unit, const StopToken&
         const Rgb sample = Sample(kernel, x, y, pass, sampler, &filter_weight, &counters, &vertices);
         if (!Accept(sample, round, x, y, pass, &into->health)) continue;
         sum.Add(sample * filter_weight);
-        if constexpr ((kFeatures & kRecord) != 0) RecordPath(vertices, sampler, statistics);
+        if constexpr ((kFeatures & kRecord) != 0) RecordPath(vertices, sampler.key(), &records, statistics);
       }
     }
   }

@@ -60,13 +60,13 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
   PathSettings settings;
   settings.max_depth = scene->max_depth();
   if (const auto* path = dynamic_cast<const PathMethod*>(&method)) {
-    settings.next_event = path->options().next_event && scene->has_lights();
+    settings.next_event = path->options().nee == NeeMode::kAlways && scene->has_lights();
     return std::make_unique<PathTracer>(std::move(scene), job.seed, settings, nullptr);
   }
   if (const auto* guided = dynamic_cast<const SdTreeMethod*>(&method)) {
     auto tree_state = std::dynamic_pointer_cast<const SdTreeState>(std::move(state));
     LODESTAR_CHECK(tree_state);
-    settings.next_event = guided->options().NextEventAt(tree_state->iteration()) && scene->has_lights();
+    settings.next_event = UsesNee(guided->options().nee, tree_state->tree().iteration()) && scene->has_lights();
     return std::make_unique<PathTracer>(std::move(scene), job.seed, settings, std::move(tree_state));
   }
   throw Error(ErrorKind::kUnsupported, "method '" + std::string(method.name()) + "' has no tracing half in this build");
