@@ -17,44 +17,9 @@
 #include "core/scene/bsdf.h"
 #include "core/scene/camera.h"
 #include "core/scene/description.h"
+#include "core/scene/scene_types.h"
 
 namespace lodestar {
-
-struct Ray {
-  Vec3 origin;
-  Vec3 direction;
-  float t_max = kInfinity;
-};
-
-// What Embree found, before anything is interpolated.
-struct Hit {
-  float t;
-  float u, v;
-  Vec3 ng;              // unnormalized, as the intersector gave it (object space for instances)
-  uint32_t geometry;    // index into the scene's geometry table
-  uint32_t primitive;
-  uint32_t instance;    // ~0u: none
-};
-
-struct SurfaceInteraction {
-  Vec3 p;               // on the surface, reconstructed from the primitive, not from t
-  Vec3 ng;              // unit geometric normal, on the side of the shading normal's hemisphere (emission side after ReverseOrientation)
-  Frame shading;
-  Vec2 uv;
-  float t;
-  float offset;         // a bound of the error of p: rays start this far off the surface along +-ng
-  uint32_t material;
-  int32_t light = -1;   // emitter index for LightPdf / Emitted; -1: does not emit
-};
-
-struct LightSample {
-  Vec3 wi;              // from the reference point to the light
-  Rgb radiance;         // arriving along wi if unoccluded; for a delta light: already weighted as if pdf counted
-  float pdf = 0;        // > 0; the selection probability alone for delta lights
-  bool delta = false;   // cannot be hit by BSDF sampling: no MIS
-  Vec3 target;          // point on the light, pulled towards its own side by its error bound; for infinite lights see `infinite`
-  bool infinite = false;
-};
 
 // What the scene contains and hence what a kernel must be able to do; everything else is compiled out.
 struct SceneNeeds {
@@ -77,7 +42,7 @@ class Scene {
   // Nothing between the surface point and the target point / direction. `interfaces` surfaces do not occlude.
   bool Unoccluded(const Ray& ray) const;
   // The origin of a ray that leaves the surface in direction w without meeting it again.
-  static Vec3 OffsetOrigin(const SurfaceInteraction& si, Vec3 w);
+  static Vec3 OffsetOrigin(const SurfaceInteraction& si, Vec3 w) { return si.p + si.ng * (Dot(w, si.ng) < 0 ? -si.offset : si.offset); }
 
   // ---- surfaces ----
   // wo: local to si.shading; `u_mix` in [0,1) resolves mix materials.
@@ -91,6 +56,8 @@ class Scene {
   Rgb Emitted(const SurfaceInteraction& si, Vec3 wo_world) const;
   // Density with which SampleLight(from, ..) produces the direction to si.
   float LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3 wi) const;
+  // Of a ray that left the scene; both at once cost little more than one.
+  EnvironmentSample Environment(Vec3 wi) const;
   Rgb EnvironmentRadiance(Vec3 wi) const;
   float EnvironmentPdf(Vec3 wi) const;
 
@@ -104,7 +71,8 @@ class Scene {
   // Of everything that determines the picture: geometry, materials, textures' bytes, camera, resolution. Two workers with the same hash
   // have compiled the same scene.
   const ContentHash& hash() const { return hash_; }
-  size_t triangle_count() const { return triangle_count_; }
+  size_t triangle_count() const { return triangle_count_; }       // of each object definition once
+  size_t dropped_triangles() const { return dropped_triangles_; }  // without area
   size_t memory_bytes() const { return memory_bytes_; }
 
  private:
@@ -117,7 +85,7 @@ class Scene {
   int resolution_x_ = 0, resolution_y_ = 0, max_depth_ = 5;
   PixelFilterDescription filter_;
   ContentHash hash_;
-  size_t triangle_count_ = 0, memory_bytes_ = 0;
+  size_t triangle_count_ = 0, dropped_triangles_ = 0, memory_bytes_ = 0;
 };
 
 }  // namespace lodestar

@@ -1,0 +1,47 @@
+// Image files, in and out. Pixels are row by row from the upper left corner, channels interleaved.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/math/rgb.h"
+
+namespace lodestar {
+
+struct FloatImage {
+  int width = 0, height = 0;
+  std::vector<Rgb> pixels;
+  Rgb& At(int x, int y) { return pixels[size_t(y) * width + x]; }
+  Rgb At(int x, int y) const { return pixels[size_t(y) * width + x]; }
+};
+
+// Linear RGB. 8- and 16-bit files are taken for sRGB and linearised, float files for linear; a single channel is copied to all three, alpha is left out.
+// Throws Error(kNotFound) for a missing and Error(kCorrupt) for an unreadable file, naming it.
+FloatImage ReadImage(const std::string& path);
+
+// One named channel of an EXR: width * height values at `stride` floats from each other.
+struct ImageChannel {
+  std::string name;  // "R", "G", "B", or "albedo.R", "variance.R", ...
+  const float* values = nullptr;
+  int stride = 1;
+};
+struct ExrOptions {
+  bool half = false;  // 16-bit floats
+  std::map<std::string, std::string> metadata;
+};
+// Writes beside the name first and renames: a reader never sees half a file. Throws Error(kIo).
+void WriteExr(const std::string& path, int width, int height, const std::vector<ImageChannel>& channels, const ExrOptions& options = {});
+void WriteExr(const std::string& path, const FloatImage& image, const ExrOptions& options = {});
+
+// 8-bit sRGB PNG of the image times 2^exposure; values above 1 clip.
+void WritePng(const std::string& path, const FloatImage& image, float exposure = 0);
+// The same as bytes (RGB, 3 a pixel).
+std::vector<uint8_t> ToSrgb8(const FloatImage& image, float exposure = 0);
+
+// IEC 61966-2-1, both ways.
+float SrgbToLinear(float encoded);
+float LinearToSrgb(float linear);
+
+}  // namespace lodestar
