@@ -22,7 +22,7 @@ inline constexpr std::array<double, kFractionGrid> kFractionAlphas = {0.05, 0.11
 // Sums of one spatial leaf. Each gradient is rounded to 2^-30 and clamped to +-2^20 (in units of the scaled record, whose mean is about 1),
 // then added as an integer. Adding 1.5 * 2^52 to a double leaves the rounded integer in its low bits, biased by a constant; the two
 // halves of those bits are summed apart, so that 2^31 records fit, and `count` takes the bias off again.
-struct alignas(32) FractionSums {
+struct FractionSums {
   std::array<uint64_t, kFractionGrid> low{}, high{};
   ExactSum weight;     // sum of the records' own weights: scales the prior
   uint64_t count = 0;  // gradients added

@@ -5,6 +5,16 @@
 namespace lodestar::directional {
 namespace {
 
+// a / (a + b) in units of 1 / kOne. What is possible stays possible, and what is impossible so.
+uint16_t Portion(double a, double b) {
+  constexpr double kOne = DirectionalNode::kOne;
+  if (!(a + b > 0)) return DirectionalNode::kOne / 2;
+  double portion = std::floor(a / (a + b) * kOne + 0.5);
+  if (a > 0) portion = std::max(portion, 1.0);
+  if (b > 0) portion = std::min(portion, kOne - 1);
+  return static_cast<uint16_t>(portion);
+}
+
 class Builder {
  public:
   Builder(const DirectionalNode* old, const std::vector<double>& masses, double threshold, int max_depth)
@@ -21,16 +31,16 @@ class Builder {
     const uint32_t index = static_cast<uint32_t>(tree_.nodes.size());
     tree_.nodes.emplace_back();
     tree_.depth = std::max(tree_.depth, depth + 1);
-    const double total = mass[0] + mass[1] + mass[2] + mass[3];
     DirectionalNode node;
-    for (int c = 0; c < 4; ++c) node.probability[c] = static_cast<float>(mass[c] / total);
+    node.left = Portion(mass[0] + mass[2], mass[1] + mass[3]);
+    node.lower = {Portion(mass[0], mass[2]), Portion(mass[1], mass[3])};
     std::array<int, 4> order = LikeliestFirst(node);
     for (int c : order) {
-      if (!(mass[c] > threshold_) || depth + 1 >= max_depth_) continue;
+      if (!(mass[c] > threshold_) || depth + 1 >= max_depth_ || tree_.nodes.size() >= kMaxNodes) continue;
       const uint32_t old_child = existed ? old_[old].child[c] : 0;
       std::array<double, 4> masses;
       for (uint32_t i = 0; i < 4; ++i) masses[i] = old_child != 0 ? masses_[old_child * 4 + i] : mass[c] * 0.25;
-      node.child[c] = Emit(old_child, old_child != 0, masses, depth + 1);
+      node.child[c] = static_cast<uint16_t>(Emit(old_child, old_child != 0, masses, depth + 1));
     }
     tree_.nodes[index] = node;
     return index;
@@ -46,9 +56,10 @@ class Builder {
 }  // namespace
 
 std::array<int, 4> LikeliestFirst(const DirectionalNode& node) {
+  const std::array<uint32_t, 4> share = {node.Share(0), node.Share(1), node.Share(2), node.Share(3)};
   std::array<int, 4> order = {0, 1, 2, 3};
   for (int i = 1; i < 4; ++i) {
-    for (int j = i; j > 0 && node.probability[order[j]] > node.probability[order[j - 1]]; --j) std::swap(order[j], order[j - 1]);
+    for (int j = i; j > 0 && share[order[j]] > share[order[j - 1]]; --j) std::swap(order[j], order[j - 1]);
   }
   return order;
 }

@@ -27,7 +27,7 @@ class Linker {
     for (int c : directional::LikeliestFirst(nodes_[index])) {
       nodes_[index].child[c] = 0;
       if (((masks_[index] >> c) & 1) == 0) continue;
-      nodes_[index].child[c] = static_cast<uint32_t>(next_);
+      nodes_[index].child[c] = static_cast<uint16_t>(next_);
       if (!Visit(level + 1)) return false;
     }
     return true;
@@ -38,15 +38,6 @@ class Linker {
   size_t next_ = 0;
   int depth_ = 0;
 };
-
-bool IsDistribution(const DirectionalNode& node) {
-  double sum = 0;
-  for (float p : node.probability) {
-    if (!(p >= 0 && p <= 1) || std::signbit(p)) return false;
-    sum += p;
-  }
-  return std::fabs(sum - 1) < 1e-5;
-}
 
 }  // namespace
 
@@ -70,12 +61,12 @@ Bytes SdTree::Serialize() const {
     records.push_back(leaves_[i].records);
     flux.push_back(leaves_[i].mean_flux);
   }
-  std::vector<float> probabilities(nodes_.size() * 4);
+  std::vector<uint16_t> probabilities(nodes_.size() * 3);
   for (size_t i = 0; i < nodes_.size(); ++i) {
-    for (int c = 0; c < 4; ++c) {
-      masks[i] |= static_cast<uint8_t>((nodes_[i].child[c] != 0) << c);
-      probabilities[i * 4 + c] = nodes_[i].probability[c];
-    }
+    for (int c = 0; c < 4; ++c) masks[i] |= static_cast<uint8_t>((nodes_[i].child[c] != 0) << c);
+    probabilities[i * 3] = nodes_[i].left;
+    probabilities[i * 3 + 1] = nodes_[i].lower[0];
+    probabilities[i * 3 + 2] = nodes_[i].lower[1];
   }
   out.PutVector(depths);
   out.PutVector(learned);
@@ -109,11 +100,11 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   const auto records = in.GetVector<float>();
   const auto flux = in.GetVector<float>();
   const auto masks = in.GetVector<uint8_t>();
-  const auto probabilities = in.GetVector<float>();
+  const auto probabilities = in.GetVector<uint16_t>();
   in.ExpectEnd();
   const size_t leaves = parts.depths.size();
   if (learned.size() != leaves || counts.size() != leaves || fractions.size() != leaves || records.size() != leaves || flux.size() != leaves ||
-      probabilities.size() != masks.size() * 4) {
+      probabilities.size() != masks.size() * 3) {
     in.Fail("has arrays of different lengths");
   }
   if (!SpatialTree::FromDepths(parts.corner, parts.size, parts.depths)) in.Fail("has a broken spatial tree");
@@ -121,13 +112,16 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
 
   parts.nodes.resize(masks.size());
   for (size_t i = 0; i < masks.size(); ++i) {
-    for (int c = 0; c < 4; ++c) parts.nodes[i].probability[c] = probabilities[i * 4 + c];
-    if (!IsDistribution(parts.nodes[i]) || masks[i] > 15) in.Fail("has a node that is no distribution");
+    parts.nodes[i].left = probabilities[i * 3];
+    parts.nodes[i].lower = {probabilities[i * 3 + 1], probabilities[i * 3 + 2]};
+    if (*std::max_element(&probabilities[i * 3], &probabilities[i * 3] + 3) > DirectionalNode::kOne || masks[i] > 15) {
+      in.Fail("has a node that is no distribution");
+    }
   }
   parts.leaves.resize(leaves);
   uint64_t first = 0;
   for (size_t i = 0; i < leaves; ++i) {
-    if (counts[i] == 0 || counts[i] > masks.size() - first) in.Fail("has a directional tree beyond its nodes");
+    if (counts[i] == 0 || counts[i] > directional::kMaxNodes || counts[i] > masks.size() - first) in.Fail("has a directional tree beyond its nodes");
     const int depth = Linker(std::span(parts.nodes).subspan(first, counts[i]), std::span(masks).subspan(first, counts[i]),
                              parts.options.max_directional_depth).Link();
     if (depth == 0) in.Fail("has a broken directional tree");

@@ -33,7 +33,7 @@ SdTreeOptions SdTreeOptions::Paper2019() {
 
 void SdTreeOptions::Validate() const {
   Require(spatial_threshold >= 1 && spatial_threshold <= 1e12f, "spatial_threshold must be in [1, 1e12]");
-  Require(flux_threshold >= 1e-5f && flux_threshold <= 1, "flux_threshold must be in [1e-5, 1]");
+  Require(flux_threshold >= 1e-3f && flux_threshold <= 1, "flux_threshold must be in [0.001, 1]");
   Require(max_directional_depth >= 1 && max_directional_depth <= 20, "max_directional_depth must be in [1, 20]");
   Require(max_spatial_depth >= 0 && max_spatial_depth <= 63, "max_spatial_depth must be in [0, 63]");
   Require(spatial_filter <= SpatialFilter::kBox, "spatial_filter must be nearest, stochastic or box");

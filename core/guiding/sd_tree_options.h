@@ -18,7 +18,7 @@ struct SdTreeOptions {
   enum class BsdfFractionLoss : uint8_t { kNone, kKl, kVariance };
 
   float spatial_threshold = 4000;  // c: a spatial leaf splits above c * sqrt(samples per pixel of the iteration / 4) records; 500 to 20000
-  float flux_threshold = 0.01f;    // rho: a directional cell splits above this share of its tree's flux; 0.001 to 0.1
+  float flux_threshold = 0.01f;    // rho: a directional cell splits above this share of its tree's flux; 0.001 to 1
   int max_directional_depth = 20;  // 1 to 20
   int max_spatial_depth = 48;      // binary levels, 0 to 63: every third halves the same axis
   SpatialFilter spatial_filter = SpatialFilter::kStochastic;
@@ -26,7 +26,7 @@ struct SdTreeOptions {
   BsdfFractionLoss bsdf_fraction_loss = BsdfFractionLoss::kKl;
   float initial_bsdf_fraction = 0.5f;  // within [0.05, 0.95]
   float min_records = 32;              // a leaf with fewer records keeps its previous distribution; 1 is the papers' behaviour but for empty leaves
-  uint64_t max_nodes = uint64_t{1} << 22;  // of all directional trees together (32 bytes each, 64 more in every accumulator that touches them)
+  uint64_t max_nodes = uint64_t{1} << 22;  // of all directional trees together (16 bytes each, 64 more in every accumulator that touches them)
 
   static SdTreeOptions Paper2017();
   static SdTreeOptions Paper2019();

@@ -9,6 +9,7 @@ namespace lodestar {
 namespace {
 
 constexpr uint64_t kOneRecord = uint64_t{1} << 24;
+constexpr size_t kBatch = 16;
 using SpatialFilter = SdTreeOptions::SpatialFilter;
 using DirectionalFilter = SdTreeOptions::DirectionalFilter;
 
@@ -17,22 +18,23 @@ using DirectionalFilter = SdTreeOptions::DirectionalFilter;
 SdTreeStatistics::SdTreeStatistics(std::shared_ptr<const SdTree> tree)
     : tree_(std::move(tree)), slots_(size_t{tree_->node_count()} * 4), leaves_(tree_->leaf_count()), touched_((tree_->leaf_count() + 63) / 64) {}
 
-bool SdTreeStatistics::Gate(const SdTreeRecord& r, float* value) {
+std::optional<SdTreeStatistics::Pending> SdTreeStatistics::Gate(const SdTreeRecord& r) {
+  LODESTAR_DCHECK(r.leaf < tree_->leaf_count());
   if (r.delta) {
     ++counts_.delta;
-    return false;
+    return std::nullopt;
   }
-  const bool valid = r.radiance >= 0 && r.radiance < kInfinity && r.pdf > 0 && r.pdf < kInfinity && r.product >= 0 && r.product < kInfinity &&
-                     r.bsdf_pdf >= 0 && r.bsdf_pdf < kInfinity && r.tree_pdf >= 0 && r.tree_pdf < kInfinity && IsFinite(r.direction) &&
-                     IsFinite(r.position);
-  if (!valid) {
+  const auto usable = [](float value) { return value >= 0 && value < kInfinity; };
+  if (!usable(r.radiance) || !usable(r.pdf) || r.pdf == 0 || !usable(r.product) || !usable(r.bsdf_pdf) || !usable(r.tree_pdf) ||
+      !IsFinite(r.direction) || !IsFinite(r.position)) {
     ++counts_.refused;
-    return false;
+    return std::nullopt;
   }
   ++counts_.accepted;
+  const Vec2 square = DirectionToCylindrical(r.direction);
   // Past the float range the sum saturates and counts it.
-  *value = std::min(r.radiance / r.pdf * tree_->radiance_scale(), std::numeric_limits<float>::max());
-  return true;
+  return Pending{std::min(r.radiance / r.pdf * tree_->radiance_scale(), std::numeric_limits<float>::max()), directional::ToInteger(square.x),
+                 directional::ToInteger(square.y), 0, 0};
 }
 
 void SdTreeStatistics::AddFraction(const SdTreeRecord& r) {
@@ -54,18 +56,19 @@ void SdTreeStatistics::AddDirectional(uint32_t leaf, uint32_t x, uint32_t y, flo
   }
 }
 
-uint32_t SdTreeStatistics::JitteredLeaf(const SdTreeRecord& r, Vec3 u) const {
+uint32_t SdTreeStatistics::FilteredLeaf(const SdTreeRecord& r, Vec3 u) const {
+  if (tree_->options().spatial_filter == SpatialFilter::kNearest) return r.leaf;
   SpatialTree::Coordinates at = tree_->spatial().ToCoordinates(r.position);
   const SpatialTree::Cell& cell = tree_->spatial().cell(r.leaf);
   for (int axis = 0; axis < 3; ++axis) {
-    const int64_t size = cell.Size(axis);
-    const int64_t moved = at[axis] + static_cast<int64_t>(u[axis] * static_cast<float>(size)) - size / 2;
-    at[axis] = static_cast<uint32_t>(std::clamp<int64_t>(moved, 0, (int64_t{1} << SpatialTree::kBits) - 1));
+    const int32_t size = static_cast<int32_t>(cell.Size(axis));
+    const int32_t moved = static_cast<int32_t>(at[axis]) + static_cast<int32_t>(u[axis] * static_cast<float>(size)) - size / 2;
+    at[axis] = static_cast<uint32_t>(std::clamp(moved, 0, (1 << SpatialTree::kBits) - 1));
   }
   return tree_->spatial().LeafAt(at);
 }
 
-void SdTreeStatistics::AddBox(const SdTreeRecord& r, float value, uint32_t x, uint32_t y) {
+void SdTreeStatistics::AddBox(const SdTreeRecord& r, const Pending& pending) {
   const SpatialTree& spatial = tree_->spatial();
   const SpatialTree::Cell& cell = spatial.cell(r.leaf);
   SpatialTree::Coordinates lower = spatial.ToCoordinates(r.position), size;
@@ -76,31 +79,67 @@ void SdTreeStatistics::AddBox(const SdTreeRecord& r, float value, uint32_t x, ui
   }
   spatial.ForOverlaps(lower, size, [&](uint32_t leaf, double share) {
     AddWeight(leaf, static_cast<uint64_t>(share * static_cast<double>(kOneRecord) + 0.5));
-    if (value > 0) AddDirectional(leaf, x, y, value * static_cast<float>(share));
+    if (pending.value > 0) AddDirectional(leaf, pending.x, pending.y, pending.value * static_cast<float>(share));
   });
 }
 
-void SdTreeStatistics::Record(const SdTreeRecord& r, Vec3 u_spatial) {
-  LODESTAR_DCHECK(r.leaf < tree_->leaf_count());
-  float value;
-  if (!Gate(r, &value)) return;
-  const Vec2 square = DirectionToCylindrical(r.direction);
-  const uint32_t x = directional::ToInteger(square.x), y = directional::ToInteger(square.y);
-  if (tree_->options().spatial_filter == SpatialFilter::kBox) {
-    AddBox(r, value, x, y);
-  } else {
-    const uint32_t leaf = tree_->options().spatial_filter == SpatialFilter::kNearest ? r.leaf : JitteredLeaf(r, u_spatial);
-    AddWeight(leaf, kOneRecord);
-    if (value > 0) AddDirectional(leaf, x, y, value);
+void SdTreeStatistics::RecordBatch(std::span<const SdTreeRecord> records, const Vec3* u_spatial) {
+  const SdTreeOptions& options = tree_->options();
+  std::array<Pending, kBatch> pending;
+  std::array<uint8_t, kBatch> source;
+  size_t count = 0;
+
+  // 1. Gate, find the leaf, ask for its tree and sums.
+  for (size_t i = 0; i < records.size(); ++i) {
+    std::optional<Pending> accepted = Gate(records[i]);
+    if (!accepted) continue;
+    if (options.spatial_filter == SpatialFilter::kBox) {
+      AddBox(records[i], *accepted);
+      AddFraction(records[i]);
+      continue;
+    }
+    accepted->leaf = FilteredLeaf(records[i], u_spatial[i]);
+    directional::Prefetch(tree_->Tree(accepted->leaf));
+    __builtin_prefetch(&leaves_[accepted->leaf].weight, 1);
+    __builtin_prefetch(&leaves_[records[i].leaf].fraction.low, 1);
+    __builtin_prefetch(&leaves_[records[i].leaf].fraction.high, 1);
+    source[count] = static_cast<uint8_t>(i);
+    pending[count++] = *accepted;
   }
-  AddFraction(r);
+
+  // 2. Find the slots and ask for them (the box filter's other slots are near more often than not).
+  const bool nearest = options.directional_filter == DirectionalFilter::kNearest;
+  for (size_t i = 0; i < count; ++i) {
+    AddWeight(pending[i].leaf, kOneRecord);
+    AddFraction(records[source[i]]);
+    if (!nearest || !(pending[i].value > 0)) continue;
+    pending[i].slot = directional::Locate(tree_->Tree(pending[i].leaf), pending[i].x, pending[i].y).slot;
+    __builtin_prefetch(&slots_[size_t{tree_->leaf(pending[i].leaf).first_node} * 4 + pending[i].slot], 1);
+  }
+
+  // 3. Add.
+  for (size_t i = 0; i < count; ++i) {
+    if (!(pending[i].value > 0)) continue;
+    if (nearest) {
+      AddSlot(pending[i].leaf, pending[i].slot, pending[i].value);
+    } else {
+      AddDirectional(pending[i].leaf, pending[i].x, pending[i].y, pending[i].value);
+    }
+  }
 }
 
+void SdTreeStatistics::Record(const SdTreeRecord& record, Vec3 u_spatial) { RecordBatch({&record, 1}, &u_spatial); }
+
 void SdTreeStatistics::Record(std::span<const SdTreeRecord> records, uint64_t key) {
-  for (size_t i = 0; i < records.size(); ++i) {
-    const uint64_t xy = Mix64(key + i * 0x9e3779b97f4a7c15ULL), z = Mix64(xy);
-    Record(records[i], {Sampler::ToUnit(static_cast<uint32_t>(xy)), Sampler::ToUnit(static_cast<uint32_t>(xy >> 32)),
-                        Sampler::ToUnit(static_cast<uint32_t>(z))});
+  std::array<Vec3, kBatch> u;
+  for (size_t first = 0; first < records.size(); first += kBatch) {
+    const size_t count = std::min(kBatch, records.size() - first);
+    for (size_t i = 0; i < count; ++i) {
+      const uint64_t xy = Mix64(key + (first + i) * 0x9e3779b97f4a7c15ULL), z = xy * 0xc4ceb9fe1a85ec53ULL;
+      u[i] = {Sampler::ToUnit(static_cast<uint32_t>(xy)), Sampler::ToUnit(static_cast<uint32_t>(xy >> 32)),
+              Sampler::ToUnit(static_cast<uint32_t>(z >> 32))};
+    }
+    RecordBatch(records.subspan(first, count), u.data());
   }
 }
 

@@ -4,6 +4,7 @@
 // Not thread-safe: one per thread, merged afterwards. Memory is address space of 64 bytes a node, of which only touched pages are backed.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "core/guiding/bsdf_fraction.h"
@@ -35,7 +36,7 @@ class SdTreeStatistics {
     friend bool operator==(const Counts&, const Counts&) = default;
   };
   // Sums of one spatial leaf.
-  struct alignas(32) LeafSums {
+  struct alignas(64) LeafSums {
     FractionSums fraction;
     uint64_t weight = 0;  // records, in units of 2^-24 (the box filter shares them out)
     double records() const { return static_cast<double>(weight) * 0x1p-24; }
@@ -70,7 +71,15 @@ class SdTreeStatistics {
   }
 
  private:
-  bool Gate(const SdTreeRecord& record, float* value);
+  // A record behind the gate, on its way to one leaf.
+  struct Pending {
+    float value;  // scaled radiance / pdf
+    uint32_t x, y;
+    uint32_t leaf;
+    uint32_t slot;
+  };
+  // Nothing for a record that is left out, which is counted.
+  std::optional<Pending> Gate(const SdTreeRecord& record);
   void AddFraction(const SdTreeRecord& record);
   void Touch(uint32_t leaf) { touched_[leaf / 64] |= uint64_t{1} << (leaf % 64); }
   void AddWeight(uint32_t leaf, uint64_t weight) {
@@ -81,8 +90,10 @@ class SdTreeStatistics {
     counts_.saturated += !slots_[size_t{tree_->leaf(leaf).first_node} * 4 + slot].Add(value);
   }
   void AddDirectional(uint32_t leaf, uint32_t x, uint32_t y, float value);
-  uint32_t JitteredLeaf(const SdTreeRecord& record, Vec3 u) const;
-  void AddBox(const SdTreeRecord& record, float value, uint32_t x, uint32_t y);
+  uint32_t FilteredLeaf(const SdTreeRecord& record, Vec3 u) const;
+  void AddBox(const SdTreeRecord& record, const Pending& pending);
+  // As many records as their memory is fetched for at once.
+  void RecordBatch(std::span<const SdTreeRecord> records, const Vec3* u_spatial);
   // Calls visit(leaf) for every touched leaf, ascending.
   template <class Visit>
   void ForTouched(Visit&& visit) const {
