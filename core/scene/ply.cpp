@@ -169,14 +169,14 @@ void ReadFaces(const PlyElement& element, uint64_t vertices, PlyReader& in, cons
 
 }  // namespace
 
-TriangleMesh ReadPly(const std::filesystem::path& path) {
+TriangleMesh ReadPly(const std::filesystem::path& path) { return ParsePly(ReadFileMaybeGzip(path), path.string()); }
+
+TriangleMesh ParsePly(std::string_view bytes, const std::string& file) {
   static_assert(std::endian::native == std::endian::little);
-  const std::string file = path.string();
-  const std::string bytes = ReadFileMaybeGzip(path);
   const PlyHeader header = ParsePlyHeader(bytes, file);
 
   TriangleMesh mesh;
-  PlyReader in(std::string_view(bytes).substr(header.data_offset), header.format, file);
+  PlyReader in(bytes.substr(header.data_offset), header.format, file);
   uint64_t vertices = 0;
   bool has_vertices = false, has_faces = false;
   // Faces are checked against the vertex count, wherever the vertices stand in the file.
