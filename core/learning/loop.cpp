@@ -64,7 +64,7 @@ Loop::Loop(const JobSpec& job, const Survey& survey, const MethodFactory& make_m
 void Loop::Run(Executor& executor, const StopToken& stop, const Hooks& hooks, const Clock& clock) {
   const Image* reference = hooks.reference.get();
   if (reference != nullptr) Compare(Develop(), *reference);  // throws where it can never be compared
-  report_.stop_reason.clear();
+  if (!finished_) report_.stop_reason.clear();
   while (!finished_) {
     if (!stop.Requested() && iteration_complete_) {
       Advance(clock);

@@ -69,9 +69,9 @@ using MethodFactory = std::function<std::unique_ptr<Method>(const JobSpec&, cons
 class Loop {
  public:
   struct Hooks {
-    std::function<void(const JobProgress&)> progress;                    // after each round
-    std::function<void(const Loop&)> checkpoint;                          // at safe points: after each round and each advance
-    std::shared_ptr<const Image> reference;                               // error points are measured against it where given
+    std::function<void(const JobProgress&)> progress = {};                // after each round
+    std::function<void(const Loop&)> checkpoint = {};                     // at safe points: after each round and each advance
+    std::shared_ptr<const Image> reference = {};                          // error points are measured against it where given
   };
 
   // Throws Error(kInvalidInput) for budgets, resolutions, methods and options that make no sense.

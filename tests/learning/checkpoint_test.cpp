@@ -1,0 +1,116 @@
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "core/learning/loop.h"
+#include "core/learning/sealed_bytes.h"
+#include "tests/learning/synthetic.h"
+
+namespace lodestar {
+namespace {
+
+using test::ResultOf;
+using test::SyntheticExecutor;
+using test::SyntheticJob;
+using test::SyntheticSurvey;
+
+JobSpec JobOf(const std::string& method, const std::string& combine) {
+  JobSpec job = SyntheticJob(method, 0);
+  if (method == "sdtree") job.options["combine"] = combine;
+  job.budget.seconds = 80;
+  return job;
+}
+
+// Every checkpoint of a run, each at another place: mid-iteration, before and after an advance, at the end.
+std::vector<Bytes> CheckpointsOf(const JobSpec& job, test::Result* result) {
+  ManualClock clock;
+  Loop loop(job, SyntheticSurvey());
+  SyntheticExecutor executor(loop, {.clock = &clock});
+  std::vector<Bytes> checkpoints{loop.Checkpoint()};
+  loop.Run(executor, StopToken(), {.checkpoint = [&](const Loop& at) { checkpoints.push_back(at.Checkpoint()); }}, clock);
+  *result = ResultOf(loop);
+  return checkpoints;
+}
+
+TEST(Checkpoint, RestoredAnywhereGivesTheSameBits) {
+  for (const auto& [method, combine] : std::map<std::string, std::string>{{"path", ""}, {"sdtree", "inverse-variance"}}) {
+    test::Result expected;
+    const std::vector<Bytes> checkpoints = CheckpointsOf(JobOf(method, combine), &expected);
+    ASSERT_GT(checkpoints.size(), 6u);
+    for (size_t i = 0; i < checkpoints.size(); ++i) {
+      const auto loop = Loop::Restore(checkpoints[i]);
+      EXPECT_TRUE(loop->Checkpoint() == checkpoints[i]) << i;
+      ManualClock clock;
+      SyntheticExecutor executor(*loop, {.shuffle = i, .through_bytes = true, .clock = &clock});
+      loop->Run(executor, StopToken(), {}, clock);
+      EXPECT_EQ(ResultOf(*loop), expected) << method << " " << i;
+      EXPECT_TRUE(loop->Checkpoint() == checkpoints.back()) << i;  // times, points and decisions too
+    }
+  }
+}
+
+TEST(Checkpoint, OtherCombinationsToo) {
+  for (const char* combine : {"discard", "automatic"}) {
+    test::Result expected;
+    const std::vector<Bytes> checkpoints = CheckpointsOf(JobOf("sdtree", combine), &expected);
+    for (size_t i = 0; i < checkpoints.size(); i += 3) {
+      const auto loop = Loop::Restore(checkpoints[i]);
+      ManualClock clock;
+      SyntheticExecutor executor(*loop, {.clock = &clock});
+      loop->Run(executor, StopToken(), {}, clock);
+      EXPECT_EQ(ResultOf(*loop), expected) << combine << " " << i;
+    }
+  }
+}
+
+TEST(Checkpoint, AFinishedLoopStaysFinished) {
+  test::Result expected;
+  const auto loop = Loop::Restore(CheckpointsOf(JobOf("path", ""), &expected).back());
+  EXPECT_TRUE(loop->finished());
+  EXPECT_EQ(loop->Report().stop_reason, "time");
+  SyntheticExecutor executor(*loop, {});
+  loop->Run(executor, StopToken(), {});
+  EXPECT_TRUE(executor.rounds.empty());
+  EXPECT_EQ(ResultOf(*loop), expected);
+}
+
+TEST(Checkpoint, DamageIsRefused) {
+  test::Result unused;
+  const Bytes bytes = CheckpointsOf(JobOf("sdtree", "discard"), &unused)[5];
+  const size_t step = bytes.size() / 300 + 1;
+  for (size_t size = 0; size < bytes.size(); size += step) EXPECT_THROW(Loop::Restore(std::string_view(bytes).substr(0, size)), Error) << size;
+  for (size_t i = 0; i < bytes.size(); i += i < 100 ? 1 : step) {
+    Bytes damaged = bytes;
+    damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));
+    EXPECT_THROW(Loop::Restore(damaged), Error) << i;
+  }
+  EXPECT_THROW(Loop::Restore(""), Error);
+  EXPECT_THROW(Loop::Restore(JobOf("path", "").Serialize()), Error);
+}
+
+// A right checksum around wrong content: no crash, whatever the content says. The checksum is found by asking OpenSealed's own writer.
+TEST(Checkpoint, ForgedContentDoesNotCrash) {
+  test::Result unused;
+  const std::vector<Bytes> checkpoints = CheckpointsOf(JobOf("sdtree", "inverse-variance"), &unused);
+  const Bytes& bytes = checkpoints[7];
+  test::Random random(5);
+  int refused = 0;
+  for (int i = 0; i < 400; ++i) {
+    // Most of the bytes are film sums, where a change is a value like another; the rest is what matters here.
+    const size_t at = 8 + random.Next() % (i % 2 == 0 ? 1500 : bytes.size() - 16);
+    ByteWriter forged = OpenDocument(DocumentMagic("LDCP"), 1);
+    Bytes content = bytes.substr(8, bytes.size() - 16);
+    content[(at - 8) % content.size()] = static_cast<char>(random.Next());
+    for (const char c : content) forged.Put(c);
+    try {
+      const auto loop = Loop::Restore(Seal(std::move(forged)));
+      if (!loop->finished()) loop->NextRound();
+      loop->Develop();
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 50);
+}
+
+}  // namespace
+}  // namespace lodestar

@@ -1,0 +1,98 @@
+#include "core/learning/combination.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/learning/synthetic.h"
+
+namespace lodestar {
+namespace {
+
+using Kind = Method::Combination::Kind;
+constexpr Method::Combination kInverse{Kind::kInverseVariance, 4}, kDiscard{Kind::kDiscard, 4};
+
+// A 4x4 film of `passes` passes of mean 1, half of them 1 + spread and half 1 - spread.
+IterationFilm FilmOf(uint32_t iteration, uint32_t passes, float spread, float mean = 1) {
+  const TileGrid grid(4, 4);
+  IterationFilm result{iteration, Film(grid)};
+  FilmTile tile{0, std::vector<PixelSum>(16)};
+  for (PixelSum& pixel : tile.pixels) {
+    for (uint32_t i = 0; i < passes; ++i) pixel.Add(Rgb(mean + (passes == 1 ? 0 : i % 2 == 0 ? spread : -spread)));
+  }
+  result.film.Add(grid, tile);
+  result.film.AddPasses(passes);
+  return result;
+}
+
+TEST(Combination, DiscardTakesTheLongestAlone) {
+  std::vector<IterationFilm> films;
+  films.push_back(FilmOf(4, 16, 1));
+  films.push_back(FilmOf(5, 8, 1));
+  EXPECT_EQ(CombinationWeights(films, kDiscard), (std::vector<double>{1, 0}));  // the new one has just begun
+  films[1] = FilmOf(5, 16, 1);
+  EXPECT_EQ(CombinationWeights(films, kDiscard), (std::vector<double>{0, 1}));
+  EXPECT_EQ(CombinationWeights(films, {Kind::kAutomatic, 4}), (std::vector<double>{0, 1}));
+  EXPECT_EQ(CombinedPasses(films, CombinationWeights(films, kDiscard)), 16u);
+}
+
+TEST(Combination, WeightsAreInverseVariances) {
+  std::vector<IterationFilm> films;
+  films.push_back(FilmOf(0, 8, 2));   // variance of the mean 4/7
+  films.push_back(FilmOf(1, 16, 1));  // 1/15
+  const std::vector<double> w = CombinationWeights(films, kInverse);
+  EXPECT_NEAR(w[1] / w[0], (4.0 / 7) * 15, 1e-4);
+  EXPECT_NEAR(w[0] + w[1], 1, 1e-12);
+  const Image image = Combine(films, w);
+  EXPECT_NEAR(image.pixels[3].g, 1, 1e-6);
+  EXPECT_NEAR(image.variance[3], w[0] * w[0] * 4 / 7 + w[1] * w[1] / 15, 1e-6);
+  EXPECT_LT(image.variance[3], 1.0 / 15);  // better than the better of the two
+}
+
+TEST(Combination, OnlyTheLastFourCount) {
+  std::vector<IterationFilm> films;
+  for (uint32_t i = 0; i < 6; ++i) films.push_back(FilmOf(i, 8, 1));
+  EXPECT_EQ(CombinationWeights(films, kInverse), (std::vector<double>{0, 0, 0.25, 0.25, 0.25, 0.25}));
+  EXPECT_EQ(FilmsToKeep(kInverse), 3u);
+  EXPECT_EQ(FilmsToKeep(kDiscard), 1u);
+}
+
+TEST(Combination, ZeroVarianceDoesNotOwnTheImage) {
+  std::vector<IterationFilm> films;
+  films.push_back(FilmOf(0, 2, 0, 0));  // two black passes by chance
+  films.push_back(FilmOf(1, 30, 1));
+  const std::vector<double> w = CombinationWeights(films, kInverse);
+  EXPECT_NEAR(w[0], 2.0 / 32, 1e-9);  // as good per pass as the other, not infinitely good
+}
+
+TEST(Combination, ABlackSceneIsWeightedByPasses) {
+  std::vector<IterationFilm> films;
+  films.push_back(FilmOf(0, 4, 0, 0));
+  films.push_back(FilmOf(1, 12, 0, 0));
+  EXPECT_EQ(CombinationWeights(films, kInverse), (std::vector<double>{0.25, 0.75}));
+  const Image image = Combine(films, CombinationWeights(films, kInverse));
+  EXPECT_EQ(image.pixels[0], Rgb(0));
+  EXPECT_EQ(image.variance[0], 0);
+}
+
+TEST(Combination, OnePassTellsNoVariance) {
+  std::vector<IterationFilm> films;
+  films.push_back(FilmOf(0, 1, 0));
+  EXPECT_EQ(CombinationWeights(films, kInverse), (std::vector<double>{1}));
+  films.push_back(FilmOf(1, 1, 0));
+  EXPECT_EQ(CombinationWeights(films, kInverse), (std::vector<double>{0.5, 0.5}));
+  films.push_back(FilmOf(2, 4, 1));
+  EXPECT_EQ(CombinationWeights(films, kInverse), (std::vector<double>{0, 0, 1}));
+}
+
+TEST(Combination, NothingRenderedIsBlack) {
+  std::vector<IterationFilm> films;
+  films.push_back({0, Film(TileGrid(4, 4))});
+  for (const auto& combination : {kInverse, kDiscard}) {
+    const std::vector<double> w = CombinationWeights(films, combination);
+    EXPECT_EQ(w, (std::vector<double>{0}));
+    EXPECT_EQ(Combine(films, w).pixels[0], Rgb(0));
+    EXPECT_EQ(CombinedPasses(films, w), 0u);
+  }
+}
+
+}  // namespace
+}  // namespace lodestar

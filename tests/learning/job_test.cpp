@@ -1,0 +1,96 @@
+#include "core/learning/job.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "core/base/error.h"
+#include "core/learning/sealed_bytes.h"
+#include "tests/learning/synthetic.h"
+
+namespace lodestar {
+namespace {
+
+JobSpec SomeJob() {
+  JobSpec job;
+  job.method = "sdtree";
+  job.options = {{"nee", "never"}, {"combine", "discard"}};
+  job.budget = {100, 2.5, 0.01};
+  job.seed = 0x123456789abcdef0ULL;
+  job.resolution_x = 320;
+  job.resolution_y = 180;
+  job.filter = "gaussian";
+  job.max_depth = 20;
+  job.training_iterations = 4;
+  return job;
+}
+
+// Every truncation and every single-bit error is an Error, never a value and never a crash.
+template <class Parse>
+void ExpectDamageRefused(const Bytes& bytes, Parse&& parse) {
+  for (size_t size = 0; size < bytes.size(); ++size) EXPECT_THROW(parse(std::string_view(bytes).substr(0, size)), Error) << size;
+  EXPECT_THROW(parse(bytes + 'x'), Error);
+  for (size_t bit = 0; bit < bytes.size() * 8; ++bit) {
+    Bytes damaged = bytes;
+    damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << (bit % 8)));
+    EXPECT_THROW(parse(damaged), Error) << bit;
+  }
+}
+
+TEST(JobSpec, RoundTrip) {
+  const JobSpec job = SomeJob(), back = JobSpec::Parse(job.Serialize());
+  EXPECT_EQ(back.method, job.method);
+  EXPECT_EQ(back.options, job.options);
+  EXPECT_EQ(back.budget.spp, job.budget.spp);
+  EXPECT_EQ(back.budget.seconds, job.budget.seconds);
+  EXPECT_EQ(back.budget.error, job.budget.error);
+  EXPECT_EQ(back.seed, job.seed);
+  EXPECT_EQ(back.resolution_x, job.resolution_x);
+  EXPECT_EQ(back.resolution_y, job.resolution_y);
+  EXPECT_EQ(back.filter, job.filter);
+  EXPECT_EQ(back.max_depth, job.max_depth);
+  EXPECT_EQ(back.training_iterations, job.training_iterations);
+  EXPECT_EQ(back.Serialize(), job.Serialize());
+}
+
+TEST(JobSpec, DamageIsRefused) { ExpectDamageRefused(SomeJob().Serialize(), [](std::string_view bytes) { JobSpec::Parse(bytes); }); }
+
+TEST(Survey, RoundTripAndDamage) {
+  const Survey survey = test::SyntheticSurvey();
+  const Survey back = Survey::Parse(survey.Serialize());
+  EXPECT_EQ(back.bounds, survey.bounds);
+  EXPECT_EQ(back.scene_hash, survey.scene_hash);
+  EXPECT_EQ(back.scene_spp, survey.scene_spp);
+  EXPECT_EQ(back.Serialize(), survey.Serialize());
+  ExpectDamageRefused(survey.Serialize(), [](std::string_view bytes) { Survey::Parse(bytes); });
+}
+
+TEST(SealedBytes, AnotherVersionIsNamed) {
+  constexpr uint32_t kMagic = DocumentMagic("TEST");
+  ByteWriter out = OpenDocument(kMagic, 2);
+  out.PutString("content");
+  const Bytes bytes = Seal(std::move(out));
+  EXPECT_EQ(OpenSealed(bytes, kMagic, 2, "paper").size(), 8 + 7u);
+  try {
+    OpenSealed(bytes, kMagic, 1, "paper");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kConflict);
+    EXPECT_NE(std::string(error.what()).find("paper has format version 2, this program reads version 1"), std::string::npos) << error.what();
+  }
+  EXPECT_THROW(OpenSealed(bytes, DocumentMagic("ELSE"), 2, "paper"), Error);
+  EXPECT_THROW(OpenSealed("", kMagic, 2, "paper"), Error);
+}
+
+TEST(Budget, RefusesWhatIsNoBudget) {
+  EXPECT_NO_THROW(Budget{}.Check());
+  EXPECT_NO_THROW((Budget{Budget::kMaxSpp, 1e9, 1}).Check());
+  EXPECT_THROW((Budget{Budget::kMaxSpp + 1, 0, 0}).Check(), Error);
+  EXPECT_THROW((Budget{0, -1, 0}).Check(), Error);
+  EXPECT_THROW((Budget{0, 0, -0.1}).Check(), Error);
+  EXPECT_THROW((Budget{0, std::numeric_limits<double>::quiet_NaN(), 0}).Check(), Error);
+  EXPECT_THROW((Budget{0, 0, std::numeric_limits<double>::infinity()}).Check(), Error);
+}
+
+}  // namespace
+}  // namespace lodestar

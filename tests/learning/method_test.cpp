@@ -1,0 +1,163 @@
+#include "core/learning/method.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "core/learning/method_options.h"
+#include "core/learning/path_tracing.h"
+#include "core/learning/sd_tree_guiding.h"
+#include "tests/learning/synthetic.h"
+
+namespace lodestar {
+namespace {
+
+using test::SyntheticSurvey;
+using Kind = Method::Combination::Kind;
+
+SdTreeMethod::Options Parse(std::map<std::string, std::string> options) {
+  JobSpec job;
+  job.method = "sdtree";
+  job.options = std::move(options);
+  return SdTreeMethod(job, SyntheticSurvey()).options();
+}
+
+std::string Refusal(const std::string& method, std::map<std::string, std::string> options) {
+  JobSpec job;
+  job.method = method;
+  job.options = std::move(options);
+  try {
+    MakeMethod(job, SyntheticSurvey());
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kInvalidInput);
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Registry, NamesItsMethods) {
+  ASSERT_EQ(Methods().size(), 2u);
+  for (const MethodEntry& entry : Methods()) {
+    EXPECT_FALSE(entry.summary.empty());
+    JobSpec job;
+    job.method = entry.name;
+    EXPECT_EQ(MakeMethod(job, SyntheticSurvey())->name(), entry.name);
+    for (const OptionHelp& option : entry.options) {
+      EXPECT_FALSE(option.values.empty() || option.default_value.empty() || option.help.empty()) << entry.name << " " << option.name;
+    }
+  }
+}
+
+TEST(Registry, UnknownNamesListWhatExists) {
+  EXPECT_EQ(Refusal("sdtre", {}), "there is no method 'sdtre'; there are: path, sdtree");
+  EXPECT_EQ(Refusal("path", {{"net", "always"}}), "method 'path' has no option 'net'; it has: nee");
+  EXPECT_NE(Refusal("sdtree", {{"combination", "discard"}}).find("it has: preset, nee, combine, "), std::string::npos);
+}
+
+TEST(Registry, BadValuesListWhatIsTaken) {
+  EXPECT_EQ(Refusal("path", {{"nee", "kickstart"}}), "option 'nee' of method 'path' cannot be 'kickstart'; it takes always | never");
+  for (const auto& [name, value] : std::map<std::string, std::string>{{"preset", "2018"},
+                                                                      {"nee", ""},
+                                                                      {"combine", "best"},
+                                                                      {"spatial-filter", "Nearest"},
+                                                                      {"directional-filter", "stochastic"},
+                                                                      {"bsdf-fraction", "0.01"},
+                                                                      {"spatial-threshold", "0"},
+                                                                      {"flux-threshold", "nan"},
+                                                                      {"max-depth", "20.5"},
+                                                                      {"training", "-1"}}) {
+    const std::string refusal = Refusal("sdtree", {{name, value}});
+    EXPECT_NE(refusal.find("option '" + name + "' of method 'sdtree' cannot be '" + value + "'; it takes "), std::string::npos) << refusal;
+  }
+}
+
+TEST(Registry, EveryDocumentedChoiceIsTaken) {
+  for (const MethodEntry& entry : Methods()) {
+    for (const OptionHelp& option : entry.options) {
+      size_t at = 0;
+      while (at != std::string::npos) {
+        const size_t bar = option.values.find(" | ", at);
+        const std::string value = option.values.substr(at, bar == std::string::npos ? bar : bar - at);
+        at = bar == std::string::npos ? bar : bar + 3;
+        if (value.find(' ') != std::string::npos) continue;  // "a number from ..."
+        EXPECT_EQ(Refusal(entry.name, {{option.name, value}}), "accepted") << option.name << "=" << value;
+      }
+    }
+  }
+}
+
+TEST(SdTreeMethod, PresetsAndOverrides) {
+  EXPECT_EQ(Parse({}).tree, SdTreeOptions());
+  EXPECT_EQ(Parse({}).nee, NeeMode::kAlways);
+  EXPECT_EQ(Parse({}).combination.kind, Kind::kInverseVariance);
+  EXPECT_EQ(Parse({}).training, -1);
+  EXPECT_EQ(Parse({{"preset", "2017"}}).tree, SdTreeOptions::Paper2017());
+  EXPECT_EQ(Parse({{"preset", "2017"}}).nee, NeeMode::kNever);
+  EXPECT_EQ(Parse({{"preset", "2017"}}).combination.kind, Kind::kAutomatic);
+  EXPECT_EQ(Parse({{"preset", "2019"}}).tree, SdTreeOptions::Paper2019());
+  EXPECT_EQ(Parse({{"preset", "2019"}}).nee, NeeMode::kKickstart);
+
+  const auto options = Parse({{"preset", "2017"},
+                              {"nee", "always"},
+                              {"combine", "discard"},
+                              {"spatial-filter", "box"},
+                              {"directional-filter", "box"},
+                              {"bsdf-fraction", "0.25"},
+                              {"spatial-threshold", "2e3"},
+                              {"flux-threshold", "0.02"},
+                              {"max-depth", "12"},
+                              {"training", "5"}});
+  EXPECT_EQ(options.nee, NeeMode::kAlways);
+  EXPECT_EQ(options.combination.kind, Kind::kDiscard);
+  EXPECT_EQ(options.tree.spatial_filter, SdTreeOptions::SpatialFilter::kBox);
+  EXPECT_EQ(options.tree.directional_filter, SdTreeOptions::DirectionalFilter::kBox);
+  EXPECT_EQ(options.tree.bsdf_fraction_loss, SdTreeOptions::BsdfFractionLoss::kNone);
+  EXPECT_EQ(options.tree.initial_bsdf_fraction, 0.25f);
+  EXPECT_EQ(options.tree.spatial_threshold, 2000);
+  EXPECT_EQ(options.tree.flux_threshold, 0.02f);
+  EXPECT_EQ(options.tree.max_directional_depth, 12);
+  EXPECT_EQ(options.training, 5);
+  EXPECT_EQ(Parse({{"bsdf-fraction", "learned-variance"}}).tree.bsdf_fraction_loss, SdTreeOptions::BsdfFractionLoss::kVariance);
+}
+
+TEST(Nee, KickstartEndsAfterThreeIterations) {
+  EXPECT_TRUE(UsesNee(NeeMode::kKickstart, 0));
+  EXPECT_TRUE(UsesNee(NeeMode::kKickstart, 2));
+  EXPECT_FALSE(UsesNee(NeeMode::kKickstart, 3));
+  EXPECT_TRUE(UsesNee(NeeMode::kAlways, 100));
+  EXPECT_FALSE(UsesNee(NeeMode::kNever, 0));
+}
+
+TEST(SdTreeMethod, IterationsDouble) {
+  const auto method = MakeMethod(test::SyntheticJob("sdtree", 1), SyntheticSurvey());
+  EXPECT_EQ(method->IterationPasses(0), 1u);
+  EXPECT_EQ(method->IterationPasses(6), 64u);
+  EXPECT_EQ(method->IterationPasses(70), uint64_t{1} << 32);
+}
+
+TEST(SdTreeMethod, EmptySceneBoundsAreRefused) {
+  Survey survey = SyntheticSurvey();
+  survey.bounds = Bounds3();
+  EXPECT_THROW(MakeMethod(test::SyntheticJob("sdtree", 1), survey)->Initial(), Error);
+}
+
+TEST(PathMethod, HasNothingToLearn) {
+  const auto method = MakeMethod(test::SyntheticJob("path", 1), SyntheticSurvey());
+  const auto state = method->Initial();
+  EXPECT_TRUE(state->Serialize().empty());
+  EXPECT_NO_THROW(method->ParseState(""));
+  EXPECT_THROW(method->ParseState("x"), Error);
+  EXPECT_EQ(method->NewStatistics(state), nullptr);
+  EXPECT_THROW(method->ParseStatistics(state, ""), Error);
+  EXPECT_EQ(method->IterationPasses(3), 0u);
+}
+
+TEST(MethodOptions, NumbersAreWholeAndFinite) {
+  double value = 0;
+  EXPECT_TRUE(ParseNumber("0.25", &value));
+  EXPECT_EQ(value, 0.25);
+  EXPECT_TRUE(ParseNumber("-1e3", &value));
+  for (const char* text : {"", "1 ", " 1", "0x10", "1,5", "inf", "nan", "1e999", "one"}) EXPECT_FALSE(ParseNumber(text, &value)) << text;
+}
+
+}  // namespace
+}  // namespace lodestar

@@ -1,0 +1,141 @@
+#include "core/learning/reduction.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "tests/learning/synthetic.h"
+
+namespace lodestar {
+namespace {
+
+using Outcome = RoundReduction::Outcome;
+
+Contribution TileOnly(uint32_t first, uint32_t end, uint64_t paths_per_unit = 1) {
+  Contribution contribution;
+  for (uint32_t unit = first; unit < end; ++unit) contribution.tiles.push_back({unit, {}});
+  contribution.paths = paths_per_unit * (end - first);
+  return contribution;
+}
+
+TEST(Reduction, SiblingsMergeUpwardAtOnce) {
+  RoundReduction reduction(8);
+  EXPECT_EQ(reduction.Commit({0, 1}, TileOnly(1, 2)), Outcome::kCommitted);
+  EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{0, 1}}));
+  EXPECT_EQ(reduction.Commit({0, 0}, TileOnly(0, 1)), Outcome::kCommitted);
+  EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{1, 0}}));
+  EXPECT_EQ(reduction.Commit({2, 1}, TileOnly(4, 8)), Outcome::kCommitted);
+  EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{1, 0}, {2, 1}}));
+  EXPECT_EQ(reduction.committed_units(), 6u);
+  EXPECT_FALSE(reduction.Complete());
+  EXPECT_EQ(reduction.Commit({1, 1}, TileOnly(2, 4)), Outcome::kCommitted);
+  ASSERT_TRUE(reduction.Complete());
+  EXPECT_EQ(reduction.parts().size(), 1u);
+  const Contribution root = reduction.Take();
+  ASSERT_EQ(root.tiles.size(), 8u);
+  for (uint32_t i = 0; i < 8; ++i) EXPECT_EQ(root.tiles[i].tile, i);
+}
+
+TEST(Reduction, TheEdgeNeedsNoSibling) {
+  RoundReduction reduction(5);  // the block of unit 4 is cut at every level
+  EXPECT_EQ(reduction.Commit({0, 4}, TileOnly(4, 5)), Outcome::kCommitted);
+  EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{2, 1}}));
+  EXPECT_TRUE(reduction.Covered({1, 2}));
+  EXPECT_EQ(reduction.Commit({2, 0}, TileOnly(0, 4)), Outcome::kCommitted);
+  EXPECT_TRUE(reduction.Complete());
+}
+
+TEST(Reduction, OneUnit) {
+  RoundReduction reduction(1);
+  EXPECT_EQ(reduction.Commit({0, 0}, TileOnly(0, 1)), Outcome::kCommitted);
+  EXPECT_TRUE(reduction.Complete());
+  EXPECT_EQ(reduction.Commit({0, 0}, TileOnly(0, 1)), Outcome::kCovered);
+}
+
+TEST(Reduction, CoveredNodesAreDropped) {
+  RoundReduction reduction(16);
+  reduction.Commit({2, 1}, TileOnly(4, 8, 1));
+  for (const TreeNode node : {TreeNode{2, 1}, TreeNode{1, 2}, TreeNode{0, 7}}) {
+    EXPECT_TRUE(reduction.Covered(node));
+    EXPECT_EQ(reduction.Commit(node, TileOnly(node.first(), node.end(16), 100)), Outcome::kCovered);
+  }
+  EXPECT_EQ(reduction.parts().begin()->second.paths, 4u);
+  EXPECT_FALSE(reduction.Covered({3, 0}));
+  EXPECT_FALSE(reduction.Covered({2, 0}));
+}
+
+TEST(Reduction, AnAncestorReplacesItsDescendants) {
+  RoundReduction reduction(16);
+  reduction.Commit({0, 0}, TileOnly(0, 1, 5));
+  reduction.Commit({1, 1}, TileOnly(2, 4, 5));
+  reduction.Commit({0, 6}, TileOnly(6, 7, 5));
+  reduction.Commit({0, 9}, TileOnly(9, 10, 7));  // not below it
+  EXPECT_EQ(reduction.committed_units(), 5u);
+  EXPECT_EQ(reduction.Commit({3, 0}, TileOnly(0, 8, 1)), Outcome::kCommitted);
+  EXPECT_EQ(reduction.committed_units(), 9u);
+  EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{3, 0}, {0, 9}}));
+  EXPECT_EQ(reduction.parts().at({3, 0}).paths, 8u);
+  EXPECT_EQ(reduction.parts().at({0, 9}).paths, 7u);
+}
+
+TEST(Reduction, MissingAreMaximalAlignedNodes) {
+  RoundReduction reduction(11);
+  EXPECT_EQ(reduction.Missing(10), (std::vector<TreeNode>{{4, 0}}));
+  EXPECT_EQ(reduction.Missing(2), (std::vector<TreeNode>{{2, 0}, {2, 1}, {2, 2}}));
+  EXPECT_EQ(reduction.Missing(0).size(), 11u);
+  reduction.Commit({0, 5}, TileOnly(5, 6));
+  reduction.Commit({0, 10}, TileOnly(10, 11));
+  EXPECT_EQ(reduction.Missing(10), (std::vector<TreeNode>{{2, 0}, {0, 4}, {1, 3}, {1, 4}}));
+  EXPECT_EQ(reduction.Missing(1), (std::vector<TreeNode>{{1, 0}, {1, 1}, {0, 4}, {1, 3}, {1, 4}}));
+  for (const TreeNode node : reduction.Missing(1)) reduction.Commit(node, TileOnly(node.first(), node.end(11)));
+  EXPECT_TRUE(reduction.Complete());
+  EXPECT_TRUE(reduction.Missing(3).empty());
+}
+
+TEST(Reduction, NodesFromOutsideAreChecked) {
+  RoundReduction reduction(11);
+  for (const TreeNode node : {TreeNode{5, 0}, TreeNode{0, 11}, TreeNode{2, 3}, TreeNode{200, 0}, TreeNode{1, ~0u}}) {
+    EXPECT_THROW(reduction.Commit(node, {}), Error) << node.ToString();
+  }
+  EXPECT_EQ(reduction.committed_units(), 0u);
+}
+
+TEST(Reduction, MergesEmptySingleAndUnequalParts) {
+  Contribution empty, one = TileOnly(3, 4), many = TileOnly(100, 1100);
+  empty.Merge({});
+  EXPECT_TRUE(empty.tiles.empty());
+  empty.Merge(std::move(many));
+  empty.Merge(std::move(one));
+  empty.Merge({});
+  ASSERT_EQ(empty.tiles.size(), 1001u);
+  EXPECT_EQ(empty.tiles[0].tile, 3u);
+  EXPECT_EQ(empty.tiles[1000].tile, 1099u);
+  EXPECT_EQ(empty.paths, 1001u);
+  EXPECT_EQ(empty.statistics, nullptr);
+}
+
+TEST(ReductionDeathTest, TheSameUnitTwiceIsABug) {
+  Contribution a = TileOnly(0, 2), b = TileOnly(1, 2);
+  EXPECT_DEATH(a.Merge(std::move(b)), "");
+}
+
+// Any order and partition of real statistics gives the same bytes.
+TEST(Reduction, BytesDoNotDependOnOrderOrPartition) {
+  const Survey survey = test::SyntheticSurvey(90, 50);
+  const JobSpec job = test::SyntheticJob("sdtree", 8);
+  const Loop loop(job, survey);
+  const TileGrid grid(90, 50);
+  const Round round{1, 0, 1, 2, grid.tile_count(), true};
+  const StopToken never;
+  std::optional<Bytes> expected;
+  for (uint64_t seed = 0; seed < 12; ++seed) {
+    test::SyntheticExecutor executor(loop, {.shuffle = seed, .through_bytes = seed % 2 == 1, .detours = seed % 3 == 2});
+    const auto contribution = executor.Execute(loop.state(), round, never);
+    const Bytes bytes = SerializeContribution(*contribution);
+    if (!expected) expected = bytes;
+    EXPECT_TRUE(bytes == *expected) << seed;
+  }
+  EXPECT_GT(expected->size(), 90 * 50 * sizeof(PixelSum) + 100);
+}
+
+}  // namespace
+}  // namespace lodestar
