@@ -1,4 +1,5 @@
-// Factories, dispatch, and the kinds without microfacets. Rough conductors and dielectrics: bsdf_microfacet.cpp; coats: bsdf_coated.cpp.
+// Factories, dispatch, and the kinds without microfacets. Rough conductors and dielectrics: bsdf_microfacet.cpp; coats:
+// bsdf_coated.cpp.
 #include "core/scene/bsdf.h"
 
 #include "core/base/check.h"
@@ -8,7 +9,9 @@
 namespace lodestar {
 namespace {
 
-Vec3 Mirrored(Vec3 w) { return {-w.x, -w.y, -w.z}; }
+Vec3 Mirrored(Vec3 w) {
+  return {-w.x, -w.y, -w.z};
+}
 
 // All orders of reflection between the two faces of a pane (Stokes): R + T^2 R / (1 - R^2), with T = 1 - R.
 float PaneReflectance(float cos, float eta) {
@@ -32,8 +35,9 @@ Bsdf Bsdf::Conductor(Rgb eta, Rgb k, Vec2 alpha, bool energy_compensation) {
   b.b_ = k;
   b.alpha_ = Ggx::Clamped(alpha).alpha;
   if (energy_compensation && b.kind_ == Kind::kConductor) {
-    // f_ms = F_ms (1 - E(o)) (1 - E(i)) / (pi (1 - E_mean)), F_ms = F^2 E / (1 - F (1 - E)): the light that does not leave the microsurface at
-    // its first reflection, F the mean Fresnel reflectance (Kulla and Conty 2017; the square as in Turquin 2019, section 3.3).
+    // f_ms = F_ms (1 - E(o)) (1 - E(i)) / (pi (1 - E_mean)), F_ms = F^2 E / (1 - F (1 - E)): the light that does not
+    // leave the microsurface at its first reflection, F the mean Fresnel reflectance (Kulla and Conty 2017; the square
+    // as in Turquin 2019, section 3.3).
     b.base_energy_ = Ggx{b.alpha_}.MeanAlpha();
     const float e = GgxMeanAlbedo(b.base_energy_);
     if (e < 1) {
@@ -73,7 +77,9 @@ Bsdf Bsdf::DiffuseTransmission(Rgb reflectance, Rgb transmittance) {
   return b;
 }
 
-Bsdf Bsdf::None() { return {}; }
+Bsdf Bsdf::None() {
+  return {};
+}
 
 BsdfValue Bsdf::EvaluateOther(Vec3 wo, Vec3 wi) const {
   if (wo.z == 0 || wi.z == 0) return {};
@@ -116,7 +122,8 @@ std::optional<BsdfSample> Bsdf::SampleOther(Vec3 wo, float u_lobe, Vec2 u) const
       sample = SampleConductor(wo, u_lobe, u);
       break;
     case Kind::kSmoothConductor:
-      sample = BsdfSample{.wi = {-wo.x, -wo.y, wo.z}, .weight = FresnelConductor(wo.z, a_, b_), .pdf = 1, .delta = true};
+      sample =
+          BsdfSample{.wi = {-wo.x, -wo.y, wo.z}, .weight = FresnelConductor(wo.z, a_, b_), .pdf = 1, .delta = true};
       break;
     case Kind::kDielectric:
       sample = SampleDielectric(wo, u_lobe, u, eta);
@@ -150,8 +157,12 @@ std::optional<BsdfSample> Bsdf::SampleSmoothDielectric(Vec3 wo, float u_lobe, fl
     return BsdfSample{.wi = {-wo.x, -wo.y, wo.z}, .weight = Rgb(1), .pdf = fresnel.reflectance, .delta = true};
   }
   const float inv = 1 / eta;
-  return BsdfSample{.wi = {-wo.x * inv, -wo.y * inv, -fresnel.cos_t}, .weight = Rgb(inv * inv), .pdf = 1 - fresnel.reflectance,
-                    .eta = eta, .delta = true, .transmission = true};
+  return BsdfSample{.wi = {-wo.x * inv, -wo.y * inv, -fresnel.cos_t},
+                    .weight = Rgb(inv * inv),
+                    .pdf = 1 - fresnel.reflectance,
+                    .eta = eta,
+                    .delta = true,
+                    .transmission = true};
 }
 
 std::optional<BsdfSample> Bsdf::SampleThinDielectric(Vec3 wo, float u_lobe) const {
@@ -162,7 +173,8 @@ std::optional<BsdfSample> Bsdf::SampleThinDielectric(Vec3 wo, float u_lobe) cons
 
 BsdfValue Bsdf::EvaluateDiffuseTransmission(Vec3 wo, Vec3 wi) const {
   const float lambert = std::fabs(wi.z) * kInvPi;
-  return wi.z > 0 ? BsdfValue{a_ * lambert, base_energy_ * lambert} : BsdfValue{b_ * lambert, (1 - base_energy_) * lambert};
+  return wi.z > 0 ? BsdfValue{a_ * lambert, base_energy_ * lambert}
+                  : BsdfValue{b_ * lambert, (1 - base_energy_) * lambert};
 }
 
 std::optional<BsdfSample> Bsdf::SampleDiffuseTransmission(Vec3 wo, float u_lobe, Vec2 u) const {

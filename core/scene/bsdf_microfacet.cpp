@@ -1,5 +1,5 @@
-// Rough conductors and dielectrics: GGX with visible normals (microfacet.h). The dielectric follows Walter et al. 2007, section 5, with the
-// height-correlated masking for both lobes, as pbrt-v4 has it.
+// Rough conductors and dielectrics: GGX with visible normals (microfacet.h). The dielectric follows Walter et al. 2007,
+// section 5, with the height-correlated masking for both lobes, as pbrt-v4 has it.
 #include "core/scene/bsdf.h"
 #include "core/scene/fresnel.h"
 #include "core/scene/microfacet.h"
@@ -12,7 +12,8 @@ BsdfValue Bsdf::EvaluateConductor(Vec3 wo, Vec3 wi) const {
   const GgxReflection r = EvaluateReflection(Ggx{alpha_}, wo, wi);
   BsdfValue value{FresnelConductor(r.cos, a_, b_) * r.value, r.pdf};
   if (compensated_) {
-    // base_energy_ holds the mean alpha here. The diffuse-like rest is sampled in proportion to what the lobe loses at wo.
+    // base_energy_ holds the mean alpha here. The diffuse-like rest is sampled in proportion to what the lobe loses at
+    // wo.
     const float lost_o = 1 - GgxAlbedo(wo.z, base_energy_), lost_i = 1 - GgxAlbedo(wi.z, base_energy_);
     value.f_cos += c_ * (lost_o * lost_i * wi.z);
     value.pdf += lost_o * (wi.z * kInvPi - value.pdf);

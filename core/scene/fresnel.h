@@ -1,4 +1,5 @@
-// Fresnel reflectances of unpolarized light and refraction. Cosines are against the (micro)normal on the side of the incident direction.
+// Fresnel reflectances of unpolarized light and refraction. Cosines are against the (micro)normal on the side of the
+// incident direction.
 #pragma once
 
 #include <immintrin.h>
@@ -54,14 +55,15 @@ inline Rgb FresnelConductorMean(Rgb eta, Rgb k) {
   return sum / 8;
 }
 
-// w refracted through the microfacet m, dot(w, m) = cos_i > 0; eta and cos_t as in FresnelDielectric. Unit if w and m are.
+// w refracted through the microfacet m, dot(w, m) = cos_i > 0; eta and cos_t as in FresnelDielectric. Unit if w and m
+// are.
 inline Vec3 Refract(Vec3 w, Vec3 m, float cos_i, float cos_t, float eta) {
   const float inv = 1 / eta;
   return m * (cos_i * inv - cos_t) - w * inv;
 }
 
-// w carried across a flat interface and kept on the upper hemisphere: where the light of direction w runs on the other side, eta = index of
-// the other side over that of w's. z is 0 under total internal reflection.
+// w carried across a flat interface and kept on the upper hemisphere: where the light of direction w runs on the other
+// side, eta = index of the other side over that of w's. z is 0 under total internal reflection.
 inline Vec3 AcrossFlatInterface(Vec3 w, float eta) {
   const float inv = 1 / eta, x = w.x * inv, y = w.y * inv;
   return {x, y, SafeSqrt(1 - x * x - y * y)};

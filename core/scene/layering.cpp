@@ -44,8 +44,8 @@ float RoughInternalReflectance(float mu, float alpha, float eta, float thickness
            const float cos = Dot(wo, m);
            const Vec3 wi = m * (2 * cos) - wo;
            if (wi.z <= 0) return 0.0f;
-           return FresnelDielectric(cos, 1 / eta).reflectance * MaskingWeight(ggx.Stretch(wo), wo.z, ggx.Stretch(wi), wi.z) *
-                  LayerTransmittance(thickness, wi.z);
+           return FresnelDielectric(cos, 1 / eta).reflectance *
+                  MaskingWeight(ggx.Stretch(wo), wo.z, ggx.Stretch(wi), wi.z) * LayerTransmittance(thickness, wi.z);
          });
 }
 
@@ -57,15 +57,6 @@ float FlatInternalReflectance(float mu, float eta, float thickness) {
   return FresnelDielectric(mu, 1 / eta).reflectance * Sqr(LayerTransmittance(thickness, mu));
 }
 
-// Of a white GGX lobe inside, what the flat interface sends back.
-float LobeReturned(float mu, float alpha, float eta, float thickness) {
-  return MeanOverVisibleNormals(mu, alpha, [&](const Ggx& ggx, Vec3 wo, Vec3 m) {
-    const Vec3 wi = m * (2 * Dot(wo, m)) - wo;
-    if (wi.z <= 0) return 0.0f;
-    return MaskingWeight(ggx.Stretch(wo), wo.z, ggx.Stretch(wi), wi.z) * FlatInternalReflectance(wi.z, eta, thickness);
-  });
-}
-
 // 2 int f(mu) mu dmu, n midpoints in mu^2.
 template <typename F>
 float CosineMean(int n, const F& f) {
@@ -74,7 +65,9 @@ float CosineMean(int n, const F& f) {
   return static_cast<float>(sum / n);
 }
 
-float AlphaOfRow(int row) { return Sqr(static_cast<float>(row) / (CoatTable::kAlphas - 1)); }
+float AlphaOfRow(int row) {
+  return Sqr(static_cast<float>(row) / (CoatTable::kAlphas - 1));
+}
 
 // Grown at the head under the mutex, read without it; never shrinks.
 struct Entry {
@@ -121,21 +114,60 @@ CoatTable::CoatTable(float eta, float thickness) : eta_(eta), thickness_(thickne
     const bool flat = row == 0 || eta == 1;
     for (int i = 0; i < kMus; ++i) {
       const float mu = std::max(static_cast<float>(i) / (kMus - 1), 1e-4f);
-      transmittance_[row * kMus + i] = flat ? FlatTransmittance(mu, eta, thickness) : RoughTransmittance(mu, alpha, eta, thickness);
+      transmittance_[row * kMus + i] =
+          flat ? FlatTransmittance(mu, eta, thickness) : RoughTransmittance(mu, alpha, eta, thickness);
     }
-    internal_reflectance_[row] = flat ? CosineMean(4096, [&](float mu) { return FlatInternalReflectance(mu, eta, thickness); })
-                                      : CosineMean(64, [&](float mu) { return RoughInternalReflectance(mu, alpha, eta, thickness); });
-    for (int i = 0; i < kBaseMus; ++i) {
-      const float outside = std::max(static_cast<float>(i) / (kBaseMus - 1), 1e-4f);
-      const float mu = FresnelDielectric(outside, eta).cos_t;
-      lobe_return_[row * kBaseMus + i] = mu <= 0    ? 0
-                                         : row == 0 ? FlatInternalReflectance(mu, eta, thickness)
-                                                    : LobeReturned(mu, alpha, eta, thickness);
-    }
+    internal_reflectance_[row] =
+        flat ? CosineMean(4096, [&](float mu) { return FlatInternalReflectance(mu, eta, thickness); })
+             : CosineMean(64, [&](float mu) { return RoughInternalReflectance(mu, alpha, eta, thickness); });
+    FillBounces(row, alpha);
   }
   for (int row = 0; row < kAlphas; ++row) {
     const Row node = row < kAlphas - 1 ? Row{row, 0} : Row{row - 1, 1};
     mean_transmittance_[row] = CosineMean(1024, [&](float mu) { return Transmittance(mu, node); });
+  }
+}
+
+// Light between the base and the flat interface as a vector over the inside cosine (azimuth does not matter to either):
+// `scatter` is the base's lobe as a matrix, so that e1 = scatter escape, e2 = scatter return e1, ... are the fluxes
+// that leave after each reflection.
+void CoatTable::FillBounces(int row, float alpha) {
+  constexpr int kBins = 64;
+  const auto center = [](int i) { return (static_cast<float>(i) + 0.5f) / kBins; };
+  std::array<float, kBins> escape, returned, e1{}, e2{}, e3{};
+  for (int i = 0; i < kBins; ++i) {
+    const float crossing = LayerTransmittance(thickness_, center(i)),
+                reflectance = FresnelDielectric(center(i), 1 / eta_).reflectance;
+    escape[i] = crossing * (1 - reflectance);
+    returned[i] = crossing * crossing * reflectance;
+  }
+  const auto scatter = [&](const std::array<float, kBins>& in, std::array<float, kBins>& out) {
+    for (int i = 0; i < kBins; ++i) {
+      const auto at = [&](float mu) {
+        const float x = std::clamp(mu * kBins - 0.5f, 0.0f, kBins - 1.0f);
+        const int k = std::min(static_cast<int>(x), kBins - 2);
+        return Lerp(x - static_cast<float>(k), in[k], in[k + 1]);
+      };
+      out[i] = row == 0 ? in[i] : MeanOverVisibleNormals(center(i), alpha, [&](const Ggx& ggx, Vec3 wo, Vec3 m) {
+        const Vec3 wi = m * (2 * Dot(wo, m)) - wo;
+        return wi.z > 0 ? MaskingWeight(ggx.Stretch(wo), wo.z, ggx.Stretch(wi), wi.z) * at(wi.z) : 0;
+      });
+    }
+  };
+  scatter(escape, e1);
+  std::array<float, kBins> again;
+  for (int i = 0; i < kBins; ++i) again[i] = returned[i] * e1[i];
+  scatter(again, e2);
+  for (int i = 0; i < kBins; ++i) again[i] = returned[i] * e2[i];
+  scatter(again, e3);
+  for (int i = 0; i < kBaseMus; ++i) {
+    const float mu = FresnelDielectric(std::max(static_cast<float>(i) / (kBaseMus - 1), 1e-4f), eta_).cos_t;
+    const float x = std::clamp(mu * kBins - 0.5f, 0.0f, kBins - 1.0f);
+    const int k = std::min(static_cast<int>(x), kBins - 2);
+    const auto at = [&](const std::array<float, kBins>& e) { return Lerp(x - static_cast<float>(k), e[k], e[k + 1]); };
+    const float first = at(e1), second = at(e2);
+    second_bounce_[row * kBaseMus + i] = first > 0 ? second / first : 0;
+    later_bounces_[row * kBaseMus + i] = second > 0 ? std::min(at(e3) / second, 1.0f) : 0;
   }
 }
 

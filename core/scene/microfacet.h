@@ -1,8 +1,9 @@
-// The GGX (Trowbridge-Reitz) microfacet distribution with Smith's height-correlated masking, anisotropic. Local frame, normal +z; every
-// direction here has z > 0 unless said otherwise.
+// The GGX (Trowbridge-Reitz) microfacet distribution with Smith's height-correlated masking, anisotropic. Local frame,
+// normal +z; every direction here has z > 0 unless said otherwise.
 //
-// Masking is written through a(w) = |(ax wx, ay wy, wz)|: Lambda(w) = (a(w)/|wz| - 1)/2, so that G2 / (4 co ci) and the density of visible
-// normals need no division by a cosine and hold at grazing angles (Heitz 2014, "Understanding the Masking-Shadowing Function", eq. 72, 86, 99).
+// Masking is written through a(w) = |(ax wx, ay wy, wz)|: Lambda(w) = (a(w)/|wz| - 1)/2, so that G2 / (4 co ci) and the
+// density of visible normals need no division by a cosine and hold at grazing angles (Heitz 2014, "Understanding the
+// Masking-Shadowing Function", eq. 72, 86, 99).
 #pragma once
 
 #include "core/math/elementary.h"
@@ -13,7 +14,8 @@ namespace lodestar {
 struct Ggx {
   Vec2 alpha;
 
-  // pbrt-v4's rule: a distribution whose larger alpha is below the limit is a mirror; a small one beside a larger is kept above 1e-4.
+  // pbrt-v4's rule: a distribution whose larger alpha is below the limit is a mirror; a small one beside a larger is
+  // kept above 1e-4.
   static bool IsSmooth(Vec2 alpha, float limit) { return !(std::max(alpha.x, alpha.y) >= limit); }
   static Ggx Clamped(Vec2 alpha) { return {{std::max(alpha.x, 1e-4f), std::max(alpha.y, 1e-4f)}}; }
   // Of the isotropic distribution that stands in for this one in tables.
@@ -35,7 +37,8 @@ struct Ggx {
     return std::sqrt(Sqr(alpha.x * w.x) + Sqr(alpha.y * w.y) + w.z * w.z);
   }
 
-  // A normal visible from wo, with density 2 |wo.m| D(m) / (a(wo) + wo.z): the spherical caps of Dupuy and Benyoub 2023, section 4.
+  // A normal visible from wo, with density 2 |wo.m| D(m) / (a(wo) + wo.z): the spherical caps of Dupuy and Benyoub
+  // 2023, section 4.
   Vec3 SampleVisible(Vec3 wo, Vec2 u) const {
     const Vec3 stretched = Normalize(Vec3{alpha.x * wo.x, alpha.y * wo.y, wo.z});
     const auto [sin, cos] = SinCos(2 * kPi * u.x);
@@ -65,11 +68,14 @@ inline GgxReflection EvaluateReflection(const Ggx& ggx, Vec3 wo, Vec3 wi) {
 }
 
 // G2(wo, wi) / G1(wo), what a reflected or refracted sample weighs beside Fresnel; cosines positive.
-inline float MaskingWeight(float ao, float co, float ai, float ci) { return ci * (ao + co) / (ao * ci + ai * co); }
+inline float MaskingWeight(float ao, float co, float ai, float ci) {
+  return ci * (ao + co) / (ao * ci + ai * co);
+}
 
-// Deterministic quadrature over the visible normals of an isotropic distribution seen from the plane y = 0, for tables: node n of
-// phis * caps, phi over half the circle (the rest is symmetric). 1 - u.y = w^2 resolves the tail of the slopes (w is proportional to the inverse
-// slope at normal incidence), and the caps of neighbouring phis are staggered, so that an edge along phi costs 1 / (phis * caps), not 1 / caps.
+// Deterministic quadrature over the visible normals of an isotropic distribution seen from the plane y = 0, for tables:
+// node n of phis * caps, phi over half the circle (the rest is symmetric). 1 - u.y = w^2 resolves the tail of the
+// slopes (w is proportional to the inverse slope at normal incidence), and the caps of neighbouring phis are staggered,
+// so that an edge along phi costs 1 / (phis * caps), not 1 / caps.
 struct VisibleNormalNode {
   Vec2 u;        // for Ggx::SampleVisible
   float weight;  // the weights add up to 1
@@ -78,11 +84,13 @@ inline VisibleNormalNode VisibleNormalQuadrature(int n, int phis, int caps) {
   const int i = n % phis, j = n / phis;
   const float stagger = (static_cast<float>(i * 3 % phis) + 0.5f) / static_cast<float>(phis);
   const float w = (static_cast<float>(j) + stagger) / static_cast<float>(caps);
-  return {{(static_cast<float>(i) + 0.5f) / static_cast<float>(2 * phis), 1 - w * w}, 2 * w / static_cast<float>(phis * caps)};
+  return {{(static_cast<float>(i) + 0.5f) / static_cast<float>(2 * phis), 1 - w * w},
+          2 * w / static_cast<float>(phis * caps)};
 }
 
-// Directional albedo E(mu) of the lobe without Fresnel, and its cosine-weighted mean, by tables over (mu, alpha): what single scattering
-// keeps. Built on first use, the same on every machine; absolute error below 1e-3.
+// Directional albedo E(mu) of the lobe without Fresnel, and its cosine-weighted mean, by tables over (mu, alpha): what
+// single scattering keeps. Built on first use, the same on every machine; absolute error below 1e-3 (6e-3 for mu <
+// 0.1).
 float GgxAlbedo(float mu, float alpha);
 float GgxMeanAlbedo(float alpha);
 

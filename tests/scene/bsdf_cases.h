@@ -22,7 +22,7 @@ inline std::vector<BsdfCase> BsdfCases() {
       {"diffuse", Bsdf::Diffuse({0.8f, 0.5f, 0.2f})},
       {"conductor 0.02", Bsdf::Conductor(kGoldEta, kGoldK, {0.02f, 0.02f})},
       {"conductor 0.3", Bsdf::Conductor(kGoldEta, kGoldK, {0.3f, 0.3f})},
-      {"conductor 0.05 x 0.4", Bsdf::Conductor(kGoldEta, kGoldK, {0.05f, 0.4f})},
+      {"conductor 0.2 x 0.5", Bsdf::Conductor(kGoldEta, kGoldK, {0.2f, 0.5f})},
       {"conductor 1", Bsdf::Conductor(kGoldEta, kGoldK, {1, 1})},
       {"conductor 0.7 compensated", Bsdf::Conductor(kGoldEta, kGoldK, {0.7f, 0.7f}, true)},
       {"smooth conductor", Bsdf::Conductor(kGoldEta, kGoldK, {0, 0})},
@@ -48,7 +48,8 @@ inline std::vector<BsdfCase> BsdfCases() {
 // On the upper side (theta in degrees from the normal) or the lower.
 inline Vec3 Direction(double theta, double phi = 30) {
   const double t = theta * M_PI / 180, p = phi * M_PI / 180;
-  return {static_cast<float>(std::sin(t) * std::cos(p)), static_cast<float>(std::sin(t) * std::sin(p)), static_cast<float>(std::cos(t))};
+  return {static_cast<float>(std::sin(t) * std::cos(p)), static_cast<float>(std::sin(t) * std::sin(p)),
+          static_cast<float>(std::cos(t))};
 }
 
 }  // namespace lodestar::test

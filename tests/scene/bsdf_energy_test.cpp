@@ -37,12 +37,14 @@ TEST(BsdfEnergy, NoAlbedoOneMaterialGainsEnergy) {
   for (const float alpha : {1e-4f, 0.01f, 0.1f, 0.3f, 0.6f, 1.0f}) {
     for (const float coat : {0.0f, 0.05f, 0.3f, 1.0f}) {
       for (const float eta : {1.0f, 1.1f, 1.5f, 2.5f}) {
-        cases.push_back({"coated conductor", Bsdf::CoatedConductor(eta, {coat, coat}, white_eta, white_k, {alpha, alpha}, lossless)});
+        cases.push_back({"coated conductor",
+                         Bsdf::CoatedConductor(eta, {coat, coat}, white_eta, white_k, {alpha, alpha}, lossless)});
       }
     }
     for (const float eta : {1.0001f, 1.2f, 1.5f, 2.5f}) {
       cases.push_back({"coated diffuse", Bsdf::CoatedDiffuse(Rgb(1), eta, {alpha, alpha}, lossless)});
-      cases.push_back({"coated diffuse, anisotropic", Bsdf::CoatedDiffuse(Rgb(1), eta, {alpha, 0.25f * alpha}, lossless)});
+      cases.push_back(
+          {"coated diffuse, anisotropic", Bsdf::CoatedDiffuse(Rgb(1), eta, {alpha, 0.25f * alpha}, lossless)});
       cases.push_back({"dielectric", Bsdf::Dielectric(eta, {alpha, alpha})});
     }
     cases.push_back({"conductor", Bsdf::Conductor(white_eta, white_k, {alpha, alpha})});
@@ -72,10 +74,13 @@ TEST(BsdfEnergy, TheSmoothWhiteFurnaceIsExact) {
     EXPECT_NEAR(Furnace(Bsdf::Diffuse(Rgb(1)), wo, 1000).mean(), 1, 1e-5);
     EXPECT_NEAR(Furnace(Bsdf::DiffuseTransmission(Rgb(0.5f), Rgb(0.5f)), wo, 1000).mean(), 1, 1e-5);
     for (const float eta : {1.0f, 1.3f, 1.5f, 2.0f}) {
-      // A white base under a lossless flat coat returns everything; 1e-3: the mean transmittance is integrated from the table.
-      const TestResult r = TTest(Furnace(Bsdf::CoatedDiffuse(Rgb(1), eta, {0, 0}, lossless), wo, 100000), 1, level, 1e-3);
+      // A white base under a lossless flat coat returns everything; 1e-3: the mean transmittance is integrated from the
+      // table.
+      const TestResult r =
+          TTest(Furnace(Bsdf::CoatedDiffuse(Rgb(1), eta, {0, 0}, lossless), wo, 100000), 1, level, 1e-3);
       EXPECT_TRUE(r.accepted) << "coated diffuse " << eta << " at " << theta << ": " << r.message;
-      EXPECT_NEAR(Furnace(Bsdf::CoatedConductor(eta, {0, 0}, Rgb(1e-3f), Rgb(1e3f), {0, 0}, lossless), wo, 100).mean(), 1, 1e-4);
+      EXPECT_NEAR(Furnace(Bsdf::CoatedConductor(eta, {0, 0}, Rgb(1e-3f), Rgb(1e3f), {0, 0}, lossless), wo, 100).mean(),
+                  1, 1e-4);
     }
   }
 }
@@ -89,11 +94,12 @@ TEST(BsdfEnergy, CompensationRestoresTheWhiteFurnace) {
       EXPECT_TRUE(r.accepted) << alpha << " at " << theta << ": " << r.message;
     }
   }
-  EXPECT_LT(Furnace(Bsdf::Conductor(Rgb(1e-3f), Rgb(1e3f), {1, 1}), Direction(60), 50000).mean(), 0.7);  // single scattering
+  EXPECT_LT(Furnace(Bsdf::Conductor(Rgb(1e-3f), Rgb(1e3f), {1, 1}), Direction(60), 50000).mean(),
+            0.7);  // single scattering
 }
 
-// f(wo, wi) = f(wi, wo) for reflection; eta_o^2 f(wo, wi) = eta_i^2 f(wi, wo) for transmission, each eta that of the direction's side: our f
-// carries radiance from wi to wo.
+// f(wo, wi) = f(wi, wo) for reflection; eta_o^2 f(wo, wi) = eta_i^2 f(wi, wo) for transmission, each eta that of the
+// direction's side: our f carries radiance from wi to wo.
 TEST(BsdfEnergy, Reciprocity) {
   for (const BsdfCase& c : BsdfCases()) {
     if (!c.bsdf.HasSmoothLobes()) continue;
@@ -105,15 +111,18 @@ TEST(BsdfEnergy, Reciprocity) {
       const Rgb backward = c.bsdf.Evaluate(wi, wo).f_cos / std::fabs(wo.z);
       float ratio = 1, eta = 1;  // f(wo, wi) / f(wi, wo)
       if (wo.z * wi.z < 0 && c.bsdf.kind() == Bsdf::Kind::kDielectric) {
-        eta = c.name.find("1.33") != std::string::npos ? 1.33f : c.name.find("1.8") != std::string::npos ? 1.8f
-                        : c.name.find("1 /") != std::string::npos ? 1 / 1.5f : 1.5f;
+        eta = c.name.find("1.33") != std::string::npos  ? 1.33f
+              : c.name.find("1.8") != std::string::npos ? 1.8f
+              : c.name.find("1 /") != std::string::npos ? 1 / 1.5f
+                                                        : 1.5f;
         ratio = wo.z > 0 ? 1 / (eta * eta) : eta * eta;
         // Microfacets seen edge-on: their cosine is the difference of rounded numbers.
         const Vec3 m = Normalize(wo.z > 0 ? wo + wi * eta : wo * eta + wi);
         if (std::min(AbsDot(wo, m), AbsDot(wi, m)) < 0.05f) continue;
       }
       for (int k = 0; k < 3; ++k) {
-        ASSERT_NEAR(forward[k], backward[k] * ratio, 2e-3f * forward[k] + 1e-6f) << c.name << " wo.z " << wo.z << " wi.z " << wi.z;
+        ASSERT_NEAR(forward[k], backward[k] * ratio, 2e-3f * forward[k] + 1e-6f)
+            << c.name << " wo.z " << wo.z << " wi.z " << wi.z;
       }
     }
   }
@@ -126,9 +135,11 @@ TEST(BsdfEnergy, ExtremeParametersStayFinite) {
       cases.push_back({"dielectric", Bsdf::Dielectric(eta, {alpha, alpha})});
       cases.push_back({"dielectric, anisotropic", Bsdf::Dielectric(eta, {alpha, 0.5f})});
       if (eta == 10.0f || eta == 0.5f) continue;
-      for (const float albedo : {0.0f, 1.0f}) cases.push_back({"coated diffuse", Bsdf::CoatedDiffuse(Rgb(albedo), eta, {alpha, alpha})});
+      for (const float albedo : {0.0f, 1.0f})
+        cases.push_back({"coated diffuse", Bsdf::CoatedDiffuse(Rgb(albedo), eta, {alpha, alpha})});
       for (const float k : {0.0f, 1e-3f, 10.0f}) {
-        cases.push_back({"coated conductor", Bsdf::CoatedConductor(eta, {alpha, alpha}, Rgb(1), Rgb(k), {0.5f, alpha})});
+        cases.push_back(
+            {"coated conductor", Bsdf::CoatedConductor(eta, {alpha, alpha}, Rgb(1), Rgb(k), {0.5f, alpha})});
         cases.push_back({"coated conductor", Bsdf::CoatedConductor(eta, {0, 0}, Rgb(1), Rgb(k), {alpha, alpha})});
       }
     }
@@ -161,7 +172,8 @@ TEST(BsdfEnergy, ExtremeParametersStayFinite) {
       const float p = c.bsdf.DeltaProbability(wo);
       ASSERT_TRUE(p >= 0 && p <= 1) << c.name;
       const Rgb albedo = c.bsdf.Albedo(wo);
-      ASSERT_TRUE(IsFinite(albedo) && MinComponent(albedo) >= 0 && MaxComponent(albedo) <= 1.01f) << c.name << ' ' << wo.z << ' ' << albedo.r;
+      ASSERT_TRUE(IsFinite(albedo) && MinComponent(albedo) >= 0 && MaxComponent(albedo) <= 1.01f)
+          << c.name << ' ' << wo.z << ' ' << albedo.r;
       for (const float u_lobe : us) {
         for (const float ux : us) {
           for (const float uy : us) {
