@@ -192,7 +192,7 @@ void PbrtBuilder::Begin(const Token& directive) {
   blocks_.push_back({directive.text, state_, directive.where()});
 }
 void PbrtBuilder::End(const Token& directive, const std::string& begin) {
-  if (blocks_.empty()) FailAt(directive.where(), ErrorKind::kInvalidInput, directive.text + " without a " + begin);
+  if (blocks_.empty()) FailAt(directive.where(), ErrorKind::kInvalidInput, directive.text + " without its " + begin);
   if (blocks_.back().begin != begin)
     FailAt(directive.where(), ErrorKind::kInvalidInput, directive.text + " where the open block is the " + blocks_.back().begin + " at " + blocks_.back().where.ToString());
   if (begin == "TransformBegin")
