@@ -65,7 +65,9 @@ std::vector<ErrorPoint> PointsFromJson(const Json& list) {
     point.seconds = number(json, "seconds");
     point.spp = static_cast<uint64_t>(number(json, "spp"));
     point.iteration = static_cast<uint32_t>(number(json, "iteration"));
-    point.relmse_estimated = number(json, "relmse_estimated");
+    // Null stands for "not known yet", which is an infinity.
+    const auto estimated = json.find("relmse_estimated");
+    point.relmse_estimated = estimated != json.end() && estimated->is_number() ? estimated->get<double>() : INFINITY;
     if (const auto reference = json.find("reference"); reference != json.end() && reference->is_object()) {
       point.against_reference = ErrorMetrics{number(*reference, "rmse"), number(*reference, "mse"), number(*reference, "mae"),
                                              number(*reference, "relmse"), number(*reference, "relmse_trimmed")};

@@ -12,7 +12,7 @@ namespace lodestar {
 nlohmann::json ReportToJson(const JobReport& report);
 nlohmann::json MetricsToJson(const ErrorMetrics& metrics);
 nlohmann::json PointsToJson(const std::vector<ErrorPoint>& points);
-// Members that are missing or of another type count as zero.
+// Members that are missing or of another type count as zero, an estimated error as infinity (unknown).
 std::vector<ErrorPoint> PointsFromJson(const nlohmann::json& points);
 
 // One header line, then one line a point; columns of a reference that was not given stay empty.

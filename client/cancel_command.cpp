@@ -1,0 +1,35 @@
+// lodestar cancel: ends jobs of the farm; what they rendered stays.
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "client/command.h"
+#include "client/farm_session.h"
+
+namespace lodestar {
+
+void AddCancelCommand(CLI::App& app, Invocation& invocation) {
+  struct Arguments {
+    std::string farm;
+    std::vector<std::string> jobs;
+    bool json = false;
+  };
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* sub = app.add_subcommand("cancel", "End jobs; what they have rendered stays");
+  sub->add_option("job", arguments->jobs, "Ids of jobs")->required()->type_name("JOB...");
+  AddFarmOption(*sub, arguments->farm);
+  sub->add_flag("--json", arguments->json, "One JSON document on standard out");
+  sub->callback([arguments, &invocation] {
+    invocation.run = [arguments] {
+      FarmClient farm(arguments->farm);
+      for (const std::string& job : arguments->jobs) {
+        OnFarm([&] { farm.Cancel({job}); });
+        if (!arguments->json) std::cout << "cancelled " << job << "\n";
+      }
+      if (arguments->json) std::cout << nlohmann::json{{"cancelled", arguments->jobs}}.dump(2) << "\n";
+      return ExitCode::kOk;
+    };
+  });
+}
+
+}  // namespace lodestar

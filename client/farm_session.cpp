@@ -1,0 +1,151 @@
+#include "client/farm_session.h"
+
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "client/interrupt.h"
+#include "client/local_render.h"
+#include "client/values.h"
+#include "core/film/error_metrics.h"
+#include "rpc/status.h"
+
+namespace lodestar {
+namespace {
+
+using Json = nlohmann::json;
+
+// What the job waits for, said once each time it changes.
+void SayWaiting(const JobStatus& status, std::string* said) {
+  const std::string words = status.phase == JobPhase::kQueued && status.waiting_for.empty() ? "queued" : status.waiting_for;
+  if (!words.empty() && words != *said) std::fprintf(stderr, "%s: %s\n", status.id.value.c_str(), words.c_str());
+  *said = words;
+}
+
+}  // namespace
+
+void AddFarmOption(CLI::App& app, std::string& address) {
+  address = "localhost:7420";
+  app.add_option("--farm", address, "The coordinator")->envname("LODESTAR_FARM")->capture_default_str()->type_name("HOST:PORT");
+}
+
+void ThrowFarmError(const Error& error) {
+  if (dynamic_cast<const UnreachableError*>(&error)) {
+    throw CommandError(ExitCode::kFarmUnreachable, std::string(error.what()) + "\nthe address comes from --farm HOST:PORT or LODESTAR_FARM");
+  }
+  throw CommandError(ExitCode::kJobFailed, std::string("the farm refused: ") + error.what());
+}
+
+JobProgress ProgressOf(const JobStatus& status) {
+  JobProgress progress;
+  progress.iteration = status.iteration;
+  progress.passes = status.passes;
+  progress.seconds = status.seconds;
+  progress.relmse_estimated = status.relmse_estimated;
+  progress.fraction = status.phase == JobPhase::kDone ? 1 : status.fraction;
+  progress.seconds_left = status.seconds_left;
+  progress.rays = status.rays;
+  progress.paths = status.paths;
+  progress.vertices = status.vertices;
+  return progress;
+}
+
+Json StatusToJson(const JobStatus& status) {
+  return {{"job", status.id.value},
+          {"name", status.name},
+          {"priority", status.priority},
+          {"method", status.method},
+          {"phase", JobPhaseName(status.phase)},
+          {"error", status.error},
+          {"log", status.log},
+          {"submitted_unix_ms", status.submitted_unix_ms},
+          {"iteration", status.iteration},
+          {"spp", status.passes},
+          {"seconds", status.seconds},
+          {"relmse_estimated", status.relmse_estimated},
+          {"fraction", status.fraction},
+          {"seconds_left", status.seconds_left >= 0 ? Json(status.seconds_left) : Json(nullptr)},
+          {"rays", status.rays},
+          {"resolution", {status.width, status.height}},
+          {"waiting_for", status.waiting_for}};
+}
+
+std::string StatusLine(const JobStatus& status) {
+  char line[256];
+  const std::string error = status.relmse_estimated > 0 && std::isfinite(status.relmse_estimated) ? FormatNumber(status.relmse_estimated) : "-";
+  std::snprintf(line, sizeof line, "%-10s %-9s %3.0f%%  %-8s %7llu spp  error %-8s  %8s left  ", status.id.value.c_str(), JobPhaseName(status.phase),
+                100 * (status.phase == JobPhase::kDone ? 1 : status.fraction), status.method.c_str(), static_cast<unsigned long long>(status.passes),
+                error.c_str(), FormatDuration(Ended(status.phase) ? 0 : status.seconds_left).c_str());
+  std::string text = line + status.name;
+  if (!status.error.empty()) text += "\n    " + status.error;
+  else if (!status.waiting_for.empty()) text += "\n    waiting for " + status.waiting_for;
+  return text;
+}
+
+Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& options) {
+  const Image image = OnFarm([&] { return farm.GetImage(status.id); });
+  const std::string text = OnFarm([&] { return farm.GetReport(status.id); });
+  Json report = Json::parse(text, nullptr, false);
+  if (!report.is_object()) throw Error(ErrorKind::kCorrupt, "the report of " + status.id.value + " is not JSON; is the coordinator of another version?");
+  report["farm_job"] = status.id.value;
+  report = CompleteReport(std::move(report), {options.scene_path.empty() ? status.name : options.scene_path, options.command_line, {}});
+  if (!options.reference.empty()) {
+    const Image reference = ReadImageFile(options.reference);
+    CheckReferenceSize(reference, options.reference, image.width, image.height);
+    // The coordinator has no images: only the end of the curve can be measured against the reference.
+    const Json metrics = MetricsToJson(Compare(image, reference));
+    report["reference"] = metrics;
+    if (report["points"].is_array() && !report["points"].empty()) report["points"].back()["reference"] = metrics;
+  }
+  report["files"] = DeliverRender(OutputPaths::For(options.output), image, report, status.method);
+  return report;
+}
+
+ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& options) {
+  StopToken stop;
+  JobStatus status;
+  {
+    InterruptGuard guard(&stop);
+    ProgressLine progress(options.quiet);
+    std::string said;
+    status = OnFarm([&] {
+      return farm.Watch(
+          id,
+          [&](const JobStatus& at) {
+            if (at.passes > 0) {
+              progress.Update(ProgressOf(at));
+            } else if (!options.quiet) {
+              SayWaiting(at, &said);
+            }
+            return true;
+          },
+          &stop);
+    });
+  }
+  const bool interrupted = InterruptGuard::Interrupted() && !Ended(status.phase);
+  if (interrupted) {
+    std::fprintf(stderr, "%s goes on; follow it again with: lodestar watch %s, end it with: lodestar cancel %s\n", id.value.c_str(), id.value.c_str(),
+                 id.value.c_str());
+  }
+  Json document = StatusToJson(status);
+  if (!options.output.empty() && status.passes > 0) {
+    document = DeliverJob(farm, status, options);
+    document["phase"] = JobPhaseName(status.phase);
+  }
+  if (options.json) {
+    std::cout << document.dump(2) << "\n";
+  } else if (document.contains("files")) {
+    std::cout << Summary(document);
+  } else {
+    std::cout << StatusLine(status) << "\n";
+  }
+  if (interrupted) return ExitCode::kInterrupted;
+  if (status.phase == JobPhase::kDone) return ExitCode::kOk;
+  std::string message = id.value + " " + JobPhaseName(status.phase);
+  if (!status.error.empty()) message += ": " + status.error;
+  for (const std::string& line : status.log) message += "\n  " + line;
+  throw CommandError(ExitCode::kJobFailed, message);
+}
+
+}  // namespace lodestar

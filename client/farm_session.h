@@ -1,0 +1,46 @@
+// What the farm's commands share: the address, the exit codes of its refusals, and following a job.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "client/exit_code.h"
+#include "client/outputs.h"
+#include "core/learning/loop.h"
+#include "rpc/farm_client.h"
+
+namespace lodestar {
+
+// --farm HOST:PORT, or LODESTAR_FARM, or localhost:7420.
+void AddFarmOption(CLI::App& app, std::string& address);
+
+// Runs a call to the farm; an unreachable one becomes CommandError(kFarmUnreachable), a refusal CommandError(kJobFailed).
+[[noreturn]] void ThrowFarmError(const Error& error);
+template <class Call>
+auto OnFarm(const Call& call) {
+  try {
+    return call();
+  } catch (const Error& error) {
+    ThrowFarmError(error);
+  }
+}
+
+JobProgress ProgressOf(const JobStatus& status);
+nlohmann::json StatusToJson(const JobStatus& status);
+// "job-17  running  42%  sdtree  128 spp  error 0.0123  0:31 left  door-ajar"
+std::string StatusLine(const JobStatus& status);
+
+struct FollowOptions {
+  std::string output;        // image to write when the job ends or is interrupted; "": none
+  std::string reference;     // measure the final image against this; "": none
+  std::string scene_path, command_line;
+  bool json = false, quiet = false;
+};
+// Shows progress until the job ends or Ctrl-C (which leaves the job running), then delivers its files. kJobFailed for a failed or cancelled job.
+ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& options);
+
+// Fetches image and report and writes the files of OutputPaths; gives back the completed report.
+nlohmann::json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& options);
+
+}  // namespace lodestar

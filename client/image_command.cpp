@@ -1,0 +1,41 @@
+// lodestar image: a job's picture so far.
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "client/command.h"
+#include "client/farm_session.h"
+#include "client/local_render.h"
+
+namespace lodestar {
+
+void AddImageCommand(CLI::App& app, Invocation& invocation) {
+  struct Arguments {
+    std::string farm, job;
+    FollowOptions follow;
+  };
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* sub = app.add_subcommand("image", "Fetch a job's image so far");
+  sub->add_option("job", arguments->job, "The job's id")->required()->type_name("JOB");
+  AddFarmOption(*sub, arguments->farm);
+  sub->add_option("-o,--output", arguments->follow.output, "Image: .exr, .png or .pfm, with .png, .csv, .json and -error.png beside it [JOB.exr here]")
+      ->type_name("FILE");
+  sub->add_option("--reference", arguments->follow.reference, "Measure the image against this one")->type_name("FILE");
+  sub->add_flag("--json", arguments->follow.json, "One JSON document on standard out");
+  sub->footer("Example:\n  lodestar image job-17 -o out/door.exr");
+  sub->callback([arguments, &invocation] {
+    invocation.run = [arguments, command_line = invocation.command_line] {
+      FollowOptions follow = arguments->follow;
+      follow.command_line = command_line;
+      if (follow.output.empty()) follow.output = arguments->job + ".exr";
+      PrepareFolder(OutputPaths::For(follow.output).image);
+      FarmClient farm(arguments->farm);
+      const JobStatus status = OnFarm([&] { return farm.GetJob({arguments->job}); });
+      const nlohmann::json report = DeliverJob(farm, status, follow);
+      std::cout << (follow.json ? report.dump(2) + "\n" : Summary(report));
+      return ExitCode::kOk;
+    };
+  });
+}
+
+}  // namespace lodestar

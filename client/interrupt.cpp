@@ -1,0 +1,45 @@
+#include "client/interrupt.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+
+#include "client/exit_code.h"
+#include "core/base/check.h"
+
+namespace lodestar {
+namespace {
+
+std::atomic<StopToken*> g_stop{nullptr};
+std::atomic<bool> g_interrupted{false};
+static_assert(std::atomic<StopToken*>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
+
+// Only async-signal-safe calls.
+void OnSignal(int) {
+  if (g_interrupted.exchange(true)) _exit(static_cast<int>(ExitCode::kInterrupted));
+  static constexpr char kMessage[] = "\nstopping; the image so far will be written (Ctrl-C again quits at once)\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
+  if (StopToken* stop = g_stop.load()) stop->Request();
+}
+
+}  // namespace
+
+InterruptGuard::InterruptGuard(StopToken* stop) {
+  StopToken* expected = nullptr;
+  LODESTAR_CHECK(g_stop.compare_exchange_strong(expected, stop));
+  struct sigaction action = {};
+  action.sa_handler = OnSignal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+InterruptGuard::~InterruptGuard() {
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+  g_stop.store(nullptr);
+}
+
+bool InterruptGuard::Interrupted() { return g_interrupted.load(); }
+
+}  // namespace lodestar

@@ -1,0 +1,19 @@
+// Ctrl-C: the first asks the work to stop and lets the command write what it has, the second ends the process at once.
+#pragma once
+
+#include "core/base/stop.h"
+
+namespace lodestar {
+
+// While an object lives, SIGINT and SIGTERM request `stop`. One at a time a process.
+class InterruptGuard {
+ public:
+  explicit InterruptGuard(StopToken* stop);
+  ~InterruptGuard();
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+  // A signal came.
+  static bool Interrupted();
+};
+
+}  // namespace lodestar

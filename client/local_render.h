@@ -1,0 +1,47 @@
+// A render in this process, and what is left of it on disk.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "client/outputs.h"
+#include "client/progress.h"
+#include "core/base/stop.h"
+#include "core/learning/report_json.h"
+#include "core/tracing/tracer.h"
+
+namespace lodestar {
+
+struct RenderResult {
+  Image image;
+  JobReport report;
+};
+
+// Runs the job to its budget or to a stop request. Throws Error.
+RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads, const std::shared_ptr<const Image>& reference,
+                           const StopToken& stop, ProgressLine& progress);
+
+// CompileJob, with its errors turned into CommandError(kBadScene).
+CompiledJob CompileScene(const SceneDescription& description, const JobSpec& job);
+
+// The report of a render with what only the command line knows: the scene's path, the command, what was left out, the replay command.
+struct ReportContext {
+  std::string scene_path;
+  std::string command_line;
+  std::vector<std::string> left_out;
+};
+nlohmann::json CompleteReport(nlohmann::json report, const ReportContext& context);
+
+// Writes the files of OutputPaths from an image and a report in JSON (report_json.h); gives back their names by kind, e.g. {"image": "out.exr"}.
+// The plot is left out where there are no error points or no matplotlib.
+nlohmann::json DeliverRender(const OutputPaths& paths, const Image& image, nlohmann::json report, const std::string& label);
+
+// The metadata of the EXR, from the same report.
+std::map<std::string, std::string> ImageMetadata(const nlohmann::json& report);
+
+// Result, health and files as a few lines for people.
+std::string Summary(const nlohmann::json& report);
+
+}  // namespace lodestar

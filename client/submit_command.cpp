@@ -1,0 +1,102 @@
+// lodestar submit: a scene to the farm. It is compiled here first, so that what is wrong with it is said before anything is uploaded.
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "client/command.h"
+#include "client/farm_session.h"
+#include "client/job_options.h"
+#include "client/local_render.h"
+#include "client/values.h"
+
+namespace lodestar {
+namespace {
+
+struct SubmitArguments {
+  JobArguments job;
+  std::string farm, name;
+  FollowOptions follow;
+  int priority = 0;
+  bool watch = false;
+};
+
+SceneManifest Upload(FarmClient& farm, const SceneDescription& description, bool quiet) {
+  const SceneBundle bundle = BundleScene(description.files);
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  bool open = false;
+  const SceneManifest manifest = OnFarm([&] {
+    return farm.Upload(bundle, [&](const UploadProgress& at) {
+      if (quiet || !terminal || at.files == 0) return;
+      std::fprintf(stderr, "\ruploading %zu of %zu files, %s of %s\x1b[K", at.files_done, at.files, FormatBytes(static_cast<double>(at.bytes_done)).c_str(),
+                   FormatBytes(static_cast<double>(at.bytes)).c_str());
+      open = true;
+    });
+  });
+  if (open) std::fputc('\n', stderr);
+  return manifest;
+}
+
+ExitCode Submit(const SubmitArguments& arguments, const std::string& command_line) {
+  JobSubmission submission;
+  submission.spec = arguments.job.ToJob();
+  submission.priority = arguments.priority;
+  submission.name = arguments.name.empty() ? std::filesystem::path(arguments.job.scene).stem().string() : arguments.name;
+  FollowOptions follow = arguments.follow;
+  follow.scene_path = arguments.job.scene;
+  follow.command_line = command_line;
+  if (!follow.output.empty()) PrepareFolder(OutputPaths::For(follow.output).image);
+  if (!follow.reference.empty() && follow.output.empty()) throw Error(ErrorKind::kInvalidInput, "--reference needs -o: the image is measured when it is fetched");
+
+  const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
+  {
+    const CompiledJob compiled = CompileScene(description, submission.spec);
+    MakeMethod(submission.spec, compiled.survey);  // refuses bad values of options here and now
+    if (!follow.reference.empty()) {
+      CheckReferenceSize(ReadImageFile(follow.reference), follow.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
+    }
+  }
+  FarmClient farm(arguments.farm);
+  submission.scene = Upload(farm, description, follow.quiet);
+  const JobId id = OnFarm([&] { return farm.SubmitJob(submission); });
+  if (arguments.watch || !follow.output.empty()) {
+    if (!follow.quiet) std::fprintf(stderr, "submitted %s\n", id.value.c_str());
+    return FollowJob(farm, id, follow);
+  }
+  if (follow.json) {
+    std::cout << nlohmann::json{{"job", id.value}, {"name", submission.name}, {"farm", arguments.farm}}.dump(2) << "\n";
+  } else {
+    std::cout << id.value << "\n";
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddSubmitCommand(CLI::App& app, Invocation& invocation) {
+  auto arguments = std::make_shared<SubmitArguments>();
+  CLI::App* sub = app.add_subcommand("submit", "Give a scene to the farm");
+  AddJobOptions(*sub, arguments->job);
+  AddFarmOption(*sub, arguments->farm);
+  sub->add_option("--name", arguments->name, "Name of the job in lists [the scene's]")->type_name("TEXT");
+  sub->add_option("--priority", arguments->priority, "Larger comes first")->capture_default_str();
+  sub->add_flag("--watch", arguments->watch, "Show progress until the job ends");
+  sub->add_option("-o,--output", arguments->follow.output, "Wait for the job, then write the image and its .png, .csv, .json and -error.png (as render does)")
+      ->type_name("FILE");
+  sub->add_option("--reference", arguments->follow.reference, "With -o: measure the final image against this one")->type_name("FILE");
+  sub->add_flag("--json", arguments->follow.json, "One JSON document on standard out");
+  sub->add_flag("--quiet", arguments->follow.quiet, "No progress on standard error");
+  sub->footer(
+      "Examples:\n"
+      "  lodestar submit scenes/door-ajar.pbrt --farm localhost:7420 --spp 256 --watch -o out/door.exr\n"
+      "  lodestar submit scene.pbrt --time 5m --priority 2 --json\n"
+      "Ctrl-C ends the watching, not the job.");
+  sub->callback([arguments, &invocation] {
+    invocation.run = [arguments, command_line = invocation.command_line] { return Submit(*arguments, command_line); };
+  });
+}
+
+}  // namespace lodestar

@@ -1,0 +1,205 @@
+// The built program: what it writes, what it says of wrong input, and how it ends.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "client/outputs.h"
+#include "tests/client/run_program.h"
+
+namespace lodestar {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::StartsWith;
+
+// Plots cost a second each; where they are not what is tested, no script is found.
+const std::vector<std::string> kNoPlot = {"LODESTAR_PLOT=/nonexistent"};
+
+nlohmann::json Json(const Ran& ran) { return nlohmann::json::parse(ran.out, nullptr, false); }
+
+TEST(Program, HelpListsCommandsOptionsDefaultsAndExamples) {
+  const Ran top = RunLodestar({"--help"});
+  EXPECT_EQ(top.code, 0);
+  for (const char* command : {"render", "submit", "jobs", "watch", "cancel", "image", "report", "compare", "inspect", "replay", "diff", "workers"}) {
+    EXPECT_THAT(top.out, HasSubstr(command));
+    const Ran ran = RunLodestar({command, "--help"});
+    EXPECT_EQ(ran.code, 0) << command;
+    EXPECT_THAT(ran.out, HasSubstr("--json")) << command;
+  }
+  const Ran render = RunLodestar({"render", "--help"});
+  for (const char* part : {"--method", "--spp", "--time", "--error", "--resolution", "--filter", "--max-depth", "--threads", "--seed", "--output", "--option",
+                           "--nee", "--combine", "--training-iterations", "--reference", "Examples:"}) {
+    EXPECT_THAT(render.out, HasSubstr(part));
+  }
+  EXPECT_THAT(RunLodestar({"--version"}).out, StartsWith("lodestar 0."));
+}
+
+TEST(Program, WrongWordsSuggestWhatWasMeant) {
+  struct Case {
+    std::vector<std::string> arguments;
+    const char* said;
+  };
+  const Case cases[] = {{{"rendr", "x"}, "did you mean render?"},
+                        {{"render", "x.pbrt", "--sppp", "4"}, "did you mean --spp?"},
+                        {{"render", "x.pbrt", "--method", "sdtre"}, "did you mean sdtree?"},
+                        {{"render", "x.pbrt", "--time", "soon"}, "60s"},
+                        {{"render", "x.pbrt", "--resolution", "12"}, "640x360"},
+                        {{"render", "x.pbrt", "-o", "x.jpg"}, ".exr"},
+                        {{"render"}, "scene"},
+                        {{"compare", "x.pbrt", "--methods", "path,pth", "-o", "/tmp/never"}, "did you mean path?"}};
+  for (const Case& c : cases) {
+    const Ran ran = RunLodestar(c.arguments);
+    EXPECT_EQ(ran.code, 2) << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr(c.said));
+    EXPECT_THAT(ran.err, HasSubstr("--help"));
+    EXPECT_THAT(ran.out, IsEmpty());
+  }
+}
+
+TEST(Program, BadScenesEndWithThreeAndNameTheLine) {
+  TestFolder folder;
+  const Ran missing = RunLodestar({"inspect", folder / "none.pbrt"});
+  EXPECT_EQ(missing.code, 3);
+  EXPECT_THAT(missing.err, HasSubstr("none.pbrt"));
+  const Ran wrong = RunLodestar({"inspect", folder.Write("wrong.pbrt", "WorldBegin\nShape \"teapot\"\n")});
+  EXPECT_EQ(wrong.code, 3);
+  EXPECT_THAT(wrong.err, AllOf(HasSubstr("wrong.pbrt:2:"), HasSubstr("teapot")));
+}
+
+TEST(Program, FilesThatCannotBeReadOrWrittenEndWithFour) {
+  TestFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  EXPECT_EQ(RunLodestar({"render", scene, "-o", "/proc/none/x.exr"}).code, 4);
+  EXPECT_EQ(RunLodestar({"render", scene, "-o", folder / "x.exr", "--reference", folder / "none.exr"}).code, 4);
+  EXPECT_EQ(RunLodestar({"diff", folder / "none.exr", folder / "none.exr"}).code, 4);
+}
+
+TEST(Program, InspectSaysWhatTheSceneHolds) {
+  TestFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran = RunLodestar({"inspect", scene, "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = Json(ran);
+  EXPECT_EQ(json["triangles"], 4);
+  EXPECT_EQ(json["lights"]["area"], 1);
+  EXPECT_EQ(json["resolution"], (nlohmann::json{16, 12}));
+  EXPECT_TRUE(json["left_out"].empty());
+  EXPECT_THAT(RunLodestar({"inspect", scene}).out, HasSubstr("triangles   4"));
+}
+
+TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
+  TestFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran = RunLodestar({"render", scene, "--method", "path", "--spp", "8", "--seed", "5", "-o", folder / "out/a.exr", "--json"}, kNoPlot);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = Json(ran);
+  ASSERT_TRUE(json.is_object()) << ran.out;
+  EXPECT_EQ(json["result"]["spp"], 8);
+  EXPECT_EQ(json["result"]["stop_reason"], "spp");
+  EXPECT_EQ(json["health"]["total"], 0);
+  EXPECT_FALSE(json["points"].empty());
+  for (const char* kind : {"image", "png", "csv", "json"}) EXPECT_TRUE(std::filesystem::exists(json["files"][kind].get<std::string>())) << kind;
+  EXPECT_EQ(nlohmann::json::parse(ReadText(folder / "out/a.json"))["job"]["seed"], 5);
+  EXPECT_THAT(ReadText(folder / "out/a.csv"), StartsWith("method,seed,seconds,spp,iteration,"));
+  EXPECT_THAT(ran.err, HasSubstr("no plot"));
+  const Image image = ReadImageFile(folder / "out/a.exr");
+  EXPECT_EQ(image.width, 16u);
+  float brightest = 0;
+  for (const Rgb& pixel : image.pixels) brightest = std::max(brightest, pixel.g);
+  EXPECT_GT(brightest, 0.01f);
+}
+
+TEST(Program, TheSameCommandGivesTheSameBitsOnAnyNumberOfThreads) {
+  TestFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  for (const char* threads : {"1", "3"}) {
+    const Ran ran = RunLodestar({"render", scene, "--spp", "15", "--threads", threads, "-o", folder / (std::string(threads) + ".pfm"), "--quiet"}, kNoPlot);
+    ASSERT_EQ(ran.code, 0) << ran.err;
+  }
+  EXPECT_EQ(ReadText(folder / "1.pfm"), ReadText(folder / "3.pfm"));
+}
+
+TEST(Program, AReferenceGivesErrorsAndAWrongSizeIsSaidBeforeRendering) {
+  TestFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  ASSERT_EQ(RunLodestar({"render", scene, "--method", "path", "--spp", "64", "-o", folder / "ref.exr", "--quiet"}, kNoPlot).code, 0);
+  const Ran ran =
+      RunLodestar({"render", scene, "--method", "path", "--spp", "4", "--seed", "1", "--reference", folder / "ref.exr", "-o", folder / "a.exr", "--json"}, kNoPlot);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  EXPECT_GT(Json(ran)["points"].back()["reference"]["relmse_trimmed"].get<double>(), 0);
+  const Ran wrong = RunLodestar({"render", scene, "--resolution", "8x6", "--reference", folder / "ref.exr", "-o", folder / "b.exr"}, kNoPlot);
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("--resolution 16x12"));
+
+  const Ran diff = RunLodestar({"diff", folder / "a.exr", folder / "ref.exr", "-o", folder / "map.png", "--json"});
+  ASSERT_EQ(diff.code, 0) << diff.err;
+  EXPECT_GT(Json(diff)["rmse"].get<double>(), 0);
+  EXPECT_EQ(ReadImageFile(folder / "map.png").width, 16u);
+  EXPECT_EQ(Json(RunLodestar({"diff", folder / "ref.exr", folder / "ref.exr", "--json"}))["rmse"], 0.0);
+}
+
+TEST(Program, CompareReportsEveryMethodAndSeed) {
+  TestFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran = RunLodestar({"compare", scene, "--methods", "path,path:nee=never", "--spp", "4", "--seeds", "2", "-o", folder / "r", "--json", "--quiet"}, kNoPlot);
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto json = Json(ran);
+  ASSERT_EQ(json["methods"].size(), 2u);
+  EXPECT_EQ(json["methods"][1]["method"], "path:nee=never");
+  EXPECT_EQ(json["methods"][1]["runs"].size(), 2u);
+  for (const char* file : {"r/report.md", "r/report.html", "r/compare.csv", "r/compare.json", "r/path-seed0.exr", "r/path_nee_never-seed1.png"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
+  }
+}
+
+TEST(Program, ReplayGivesTheSamplesOwnBits) {
+  TestFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  // With a box filter and one pass the image is the sample.
+  ASSERT_EQ(RunLodestar({"render", scene, "--method", "path", "--spp", "1", "-o", folder / "one.exr", "--quiet"}, kNoPlot).code, 0);
+  const Image image = ReadImageFile(folder / "one.exr");
+  for (const uint32_t x : {3u, 8u}) {
+    const Ran ran = RunLodestar({"replay", scene, "--method", "path", "--pixel", std::to_string(x) + ",7", "--pass", "0", "--json"});
+    ASSERT_EQ(ran.code, 0) << ran.err;
+    const auto radiance = Json(ran)["radiance"];
+    const Rgb expected = image.pixels[7 * image.width + x];
+    EXPECT_EQ(radiance[0].get<float>(), expected.r);
+    EXPECT_EQ(radiance[2].get<float>(), expected.b);
+  }
+  EXPECT_EQ(RunLodestar({"replay", scene, "--pixel", "99,0", "--pass", "0"}).code, 2);
+  EXPECT_EQ(RunLodestar({"replay", scene, "--method", "path", "--pixel", "0,0", "--pass", "9", "--spp", "4"}).code, 2);
+}
+
+TEST(Program, ReplayFollowsTheTraining) {
+  TestFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran = RunLodestar({"replay", scene, "--method", "sdtree", "--spp", "15", "--pixel", "8,7", "--pass", "5", "--iteration", "2", "--json"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const Ran again = RunLodestar({"replay", scene, "--method", "sdtree", "--spp", "15", "--pixel", "8,7", "--pass", "5", "--iteration", "2", "--json", "--threads", "3"});
+  EXPECT_EQ(ran.out, again.out);
+  // Pass 5 belongs to iteration 2 (passes 3 to 6), not to iteration 0.
+  EXPECT_EQ(RunLodestar({"replay", scene, "--method", "sdtree", "--spp", "15", "--pixel", "8,7", "--pass", "5", "--iteration", "0"}).code, 2);
+}
+
+TEST(Program, AnInterruptWritesTheImageSoFar) {
+  TestFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran = RunProgram({"timeout", "--preserve-status", "-s", "INT", "2", LODESTAR_PROGRAM, "render", scene, "--method", "path", "--time", "1h", "-o", folder / "a.pfm"}, kNoPlot);
+  EXPECT_EQ(ran.code, 130) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("stopping"));
+  EXPECT_EQ(ReadImageFile(folder / "a.pfm").width, 16u);
+}
+
+TEST(Program, AFarmThatDoesNotAnswerEndsWithFive) {
+  // Port 1 of the loopback: nothing listens there.
+  const Ran ran = RunLodestar({"jobs", "--farm", "127.0.0.1:1"});
+  EXPECT_EQ(ran.code, 5) << ran.err;
+  EXPECT_THAT(ran.err, AllOf(HasSubstr("127.0.0.1:1"), HasSubstr("--farm")));
+}
+
+}  // namespace
+}  // namespace lodestar
