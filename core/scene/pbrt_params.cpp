@@ -19,8 +19,8 @@ std::string List(const Strings& strings) {
 
 constexpr std::string_view kTypes[] = {"integer", "float", "point2", "vector2", "point3", "vector3", "normal", "bool", "string", "texture", "rgb", "spectrum", "blackbody"};
 
-void ReadValue(const Token& token, PbrtParam* param) {
-  const std::string declared = Quoted(param->type + " " + param->name);
+// `declared` is "type name" in quotes; passed in, since a mesh has millions of values.
+void ReadValue(const Token& token, const std::string& declared, const std::string& declared_takes, PbrtParam* param) {
   if (param->type == "string" || param->type == "texture") {
     if (token.kind != Token::Kind::kString) FailAt(token.where(), ErrorKind::kInvalidInput, declared + " takes a quoted string, not " + token.text);
     param->strings.push_back(token.text);
@@ -31,7 +31,7 @@ void ReadValue(const Token& token, PbrtParam* param) {
   } else if (param->type == "spectrum" && token.kind == Token::Kind::kString) {
     param->strings.push_back(token.text);
   } else {
-    const double value = PbrtNumber(token, declared + " takes");
+    const double value = PbrtNumber(token, declared_takes);
     if (param->type == "integer" && (value != std::floor(value) || std::fabs(value) > std::numeric_limits<int32_t>::max()))
       FailAt(token.where(), ErrorKind::kInvalidInput, declared + " takes 32-bit integers, not " + token.text);
     param->numbers.push_back(value);
@@ -86,18 +86,18 @@ std::vector<PbrtParam> ReadPbrtParams(Tokenizer& in) {
     if (twin != params.end())
       FailAt(param.where, ErrorKind::kInvalidInput, "parameter " + Quoted(param.name) + " is given twice; first at " + twin->where.ToString());
     const auto first = in.Next();
-    const std::string declared = Quoted(param.type + " " + param.name);
+    const std::string declared = Quoted(param.type + " " + param.name), declared_takes = declared + " takes";
     if (!first) FailAt(in.Here(), ErrorKind::kInvalidInput, "the file ends where the value of " + declared + " should be");
     if (first->kind == Token::Kind::kClose) FailAt(first->where(), ErrorKind::kInvalidInput, "expected the value of " + declared + ", not ]");
     if (first->kind != Token::Kind::kOpen) {
-      ReadValue(*first, &param);
+      ReadValue(*first, declared, declared_takes, &param);
     } else {
       while (true) {
         const auto token = in.Next();
         if (!token) FailAt(first->where(), ErrorKind::kInvalidInput, "this [ of " + declared + " is never closed");
         if (token->kind == Token::Kind::kClose) break;
         if (token->kind == Token::Kind::kOpen) FailAt(token->where(), ErrorKind::kInvalidInput, "a [ inside the values of " + declared);
-        ReadValue(*token, &param);
+        ReadValue(*token, declared, declared_takes, &param);
       }
     }
     params.push_back(std::move(param));

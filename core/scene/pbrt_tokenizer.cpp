@@ -57,7 +57,8 @@ std::optional<Token> Tokenizer::Scan() {
   }
   Token token = StartToken(Token::Kind::kWord);
   const size_t start = at_;
-  while (at_ < text_.size() && !EndsWord(text_[at_])) Advance();
+  while (at_ < text_.size() && !EndsWord(text_[at_])) ++at_;
+  column_ += static_cast<int>(at_ - start);  // a word stays on its line
   token.text = text_.substr(start, at_ - start);
   return token;
 }
