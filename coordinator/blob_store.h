@@ -1,0 +1,63 @@
+// Content-addressed files. A blob is there when its row is: written to a temporary name, synchronised (file and folder), renamed, then the row.
+// A crash in between leaves a file without a row, which the next start removes.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+
+#include "coordinator/job_store.h"
+
+namespace lodestar {
+
+class BlobStore {
+ public:
+  struct Options {
+    uint64_t reserve_bytes = uint64_t{256} << 20;  // of the disk: writes that would leave less are refused, long before SQLite's would fail
+    std::chrono::milliseconds grace = std::chrono::minutes(10);  // an unneeded blob lives this long after its last use
+    std::function<uint64_t()> free_bytes;          // injected by tests; empty: asks the file system
+    std::function<int64_t()> now_unix_ms;          // injected by tests; empty: the system's clock
+  };
+  BlobStore(const std::filesystem::path& folder, JobStore& store, Options options);
+
+  // Content that arrives in parts.
+  class Writer {
+   public:
+    ~Writer();
+    void Append(std::string_view bytes);  // throws ExhaustedError (disk nearly full), Error(kInvalidInput) beyond the announced size
+    void Commit();                        // throws Error(kCorrupt) where size or hash differ
+
+   private:
+    friend class BlobStore;
+    struct Impl;
+    explicit Writer(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+  };
+  std::unique_ptr<Writer> NewWriter(const ContentHash& hash, uint64_t size);
+  ContentHash Put(std::string_view bytes);
+
+  std::vector<ContentHash> Have(const std::vector<ContentHash>& hashes);
+  // Throws Error(kNotFound).
+  std::filesystem::path PathOf(const ContentHash& hash) const;
+  Bytes Read(const ContentHash& hash) const;
+  // Removes one blob at once, if no job needs it: a checkpoint that has a successor.
+  void Drop(const ContentHash& hash);
+  // Removes what no job needs; returns how many.
+  size_t Collect();
+  // Throws ExhaustedError where `bytes` more would eat into the reserve.
+  void CheckSpace(uint64_t bytes) const;
+
+ private:
+  std::filesystem::path FileOf(const ContentHash& hash) const;
+  int64_t Now() const;
+  std::filesystem::path folder_;
+  JobStore& store_;
+  Options options_;
+  std::mutex names_;  // between a rename with its row, and a collection with its removals
+  std::atomic<uint64_t> temporary_{0};
+};
+
+}  // namespace lodestar

@@ -1,0 +1,255 @@
+#include "coordinator/farm.h"
+
+#include <algorithm>
+
+#include "coordinator/scheduler.h"
+#include "core/base/log.h"
+#include "rpc/status.h"
+
+namespace lodestar {
+
+Farm::Farm(Options options) : options_(std::move(options)), clock_(*options_.clock), store_(options_.store) {
+  blobs_ = std::make_unique<BlobStore>(options_.store / "blobs", store_, options_.blobs);
+  Load();
+  timer_ = std::thread([this] { TimerLoop(); });
+}
+
+Farm::~Farm() {
+  std::vector<std::thread> drivers;
+  {
+    Deferred deferred;
+    std::lock_guard lock(mutex_);
+    ending_ = true;
+    for (auto& [number, job] : jobs_) {
+      job->stop.Request();
+      if (job->driver.joinable()) drivers.push_back(std::move(job->driver));
+    }
+    for (auto& parked : parked_leases_) deferred.Add([answer = parked.answer] { answer(std::nullopt); });
+    for (auto& parked : parked_renewals_) deferred.Add([answer = parked.answer] { answer({}); });
+    parked_leases_.clear();
+    parked_renewals_.clear();
+    watchers_.clear();
+  }
+  changed_.notify_all();
+  timer_wake_.notify_all();
+  for (auto& driver : drivers) driver.join();
+  timer_.join();
+}
+
+void Farm::Load() {
+  for (auto& stored : store_.Jobs()) {
+    auto job = std::make_unique<Job>();
+    job->stored = stored;
+    try {
+      job->spec = JobDescription::Parse(blobs_->Read(stored.description)).spec;
+      if (!stored.survey.empty()) {
+        const auto survey = Survey::Parse(stored.survey);
+        job->width = survey.resolution_x;
+        job->height = survey.resolution_y;
+      }
+      if (!stored.progress.empty()) {
+        ByteReader in(stored.progress, "job progress");
+        auto& p = job->progress;
+        p.iteration = in.Get<uint32_t>();
+        p.passes = in.Get<uint64_t>();
+        p.seconds = in.Get<double>();
+        p.relmse_estimated = in.Get<double>();
+        p.fraction = in.Get<double>();
+        p.rays = in.Get<uint64_t>();
+        p.paths = in.Get<uint64_t>();
+        p.vertices = in.Get<uint64_t>();
+      }
+    } catch (const Error& error) {
+      spdlog::error("{}: {}", stored.id().value, error.what());
+      if (!Ended(stored.phase)) {
+        job->stored.phase = JobPhase::kFailed;
+        job->stored.error = std::string("the coordinator has lost what it needs of this job: ") + error.what();
+        store_.Update(job->stored);
+      }
+    }
+    for (size_t at = 0; at < stored.log.size();) {
+      const size_t end = std::min(stored.log.find('\n', at), stored.log.size());
+      job->Log(stored.log.substr(at, end - at));
+      at = end + 1;
+    }
+    jobs_.emplace(stored.number, std::move(job));
+  }
+  std::lock_guard lock(mutex_);
+  Reorder();
+  StartDrivers();
+}
+
+Job& Farm::Need(const JobId& id) const {
+  if (id.value.starts_with("job-") && id.value.size() < 20) {
+    const auto it = jobs_.find(std::atoll(id.value.c_str() + 4));
+    if (it != jobs_.end() && it->second->stored.id() == id) return *it->second;
+  }
+  throw Error(ErrorKind::kNotFound, "there is no job '" + id.value.substr(0, 40) + "'; 'lodestar jobs' lists those there are");
+}
+
+Farm::Worker& Farm::NeedWorker(const WorkerId& id) {
+  const auto it = workers_.find(id);
+  if (it == workers_.end()) throw Error(ErrorKind::kNotFound, "unknown worker: register again");
+  it->second.seen = clock_.Now();
+  return it->second;
+}
+
+uint32_t Farm::LiveWorkers(const std::string& fingerprint) const {
+  uint32_t count = 0;
+  for (const auto& [id, worker] : workers_) count += fingerprint.empty() || worker.info.Fingerprint() == fingerprint;
+  return count;
+}
+
+JobStatus Farm::Status(const Job& job) const {
+  JobStatus s;
+  s.id = job.stored.id();
+  s.name = job.stored.name;
+  s.priority = job.stored.priority;
+  s.method = job.spec.method;
+  s.phase = job.stored.phase;
+  s.error = job.stored.error;
+  s.log.assign(job.log.begin(), job.log.end());
+  s.submitted_unix_ms = job.stored.submitted_unix_ms;
+  s.iteration = job.progress.iteration;
+  s.passes = job.progress.passes;
+  s.seconds = job.progress.seconds;
+  s.relmse_estimated = job.progress.relmse_estimated;
+  s.fraction = job.progress.fraction;
+  s.seconds_left = job.progress.seconds_left;
+  s.rays = job.progress.rays;
+  s.paths = job.progress.paths;
+  s.vertices = job.progress.vertices;
+  s.width = job.width;
+  s.height = job.height;
+  if (s.phase == JobPhase::kQueued) {
+    if (!job.stored.survey.empty()) {
+      s.waiting_for = "its turn: " + std::to_string(options_.max_running) + " jobs run at a time";
+    } else {
+      s.waiting_for = !job.surveys.empty() ? "the survey of its scene" : workers_.empty() ? "a worker: none is registered" : "a worker to survey its scene";
+    }
+  } else if (s.phase == JobPhase::kRunning && LiveWorkers(job.stored.fingerprint) == 0) {
+    s.waiting_for = workers_.empty() ? "a worker: none is registered" : "a worker of the build that surveyed its scene: all those registered are of another";
+  }
+  return s;
+}
+
+void Farm::Changed(const Job& job, Deferred* deferred) {
+  for (const auto& [id, watcher] : watchers_) {
+    if (watcher.job == job.stored.number) deferred->Add([changed = watcher.changed, status = Status(job)] { changed(status); });
+  }
+}
+
+void Farm::Reorder() {
+  std::vector<JobRank> ranks;
+  for (const auto& [number, job] : jobs_) {
+    if (!Ended(job->stored.phase)) ranks.push_back({number, job->stored.priority});
+  }
+  SortByRank(ranks);
+  order_.clear();
+  for (const auto& rank : ranks) order_.push_back(jobs_.at(rank.number).get());
+}
+
+void Farm::Persist(Job& job, const std::function<void(StoredJob&)>& change) {
+  std::lock_guard order(job.persist);
+  StoredJob copy;
+  {
+    std::lock_guard lock(mutex_);
+    copy = job.stored;
+    change(copy);
+    ByteWriter progress;
+    progress.Put(job.progress.iteration);
+    progress.Put(job.progress.passes);
+    progress.Put(job.progress.seconds);
+    progress.Put(job.progress.relmse_estimated);
+    progress.Put(job.progress.fraction);
+    progress.Put(job.progress.rays);
+    progress.Put(job.progress.paths);
+    progress.Put(job.progress.vertices);
+    copy.progress = progress.Take();
+    copy.log.clear();
+    for (const auto& line : job.log) copy.log += (copy.log.empty() ? "" : "\n") + line;
+  }
+  try {
+    store_.Update(copy);
+  } catch (const Error& error) {
+    if (error.kind() == ErrorKind::kConflict && options_.fatal) options_.fatal(error.what());
+    throw;
+  }
+  std::lock_guard lock(mutex_);
+  job.stored = std::move(copy);
+}
+
+void Farm::EndJob(Job& job, JobPhase phase, const std::string& error) {
+  try {
+    Persist(job, [&](StoredJob& stored) {
+      stored.phase = phase;
+      stored.error = error;
+    });
+  } catch (const Error& store_error) {
+    spdlog::error("{} has ended, which could not be stored: {}", job.stored.id().value, store_error.what());
+    std::lock_guard lock(mutex_);
+    job.stored.phase = phase;
+    job.stored.error = error;
+  }
+  spdlog::info("{} ({}) {}{}{}", job.stored.id().value, job.stored.name, JobPhaseName(phase), error.empty() ? "" : ": ", error);
+  Deferred deferred;
+  std::lock_guard lock(mutex_);
+  job.surveys.clear();
+  Reorder();
+  StartDrivers();
+  Changed(job, &deferred);
+  Pump(&deferred);
+  changed_.notify_all();
+}
+
+void Farm::StartDrivers() {
+  if (ending_) return;
+  const auto running = std::count_if(order_.begin(), order_.end(), [](const Job* job) { return job->driving; });
+  auto room = static_cast<int64_t>(options_.max_running) - running;
+  for (Job* job : order_) {
+    if (room <= 0) break;
+    if (job->driving || job->cancelled || job->stored.survey.empty()) continue;
+    if (job->driven) continue;  // its driver has just ended
+    job->driving = job->driven = true;
+    job->driver = std::thread([this, job] { Drive(*job); });
+    --room;
+  }
+}
+
+void Farm::TimerLoop() {
+  std::unique_lock lock(mutex_);
+  while (!ending_) {
+    // Copies for stragglers are the only answers that come with time alone, so parked workers make it tick faster.
+    const bool busy = !parked_leases_.empty();
+    timer_wake_.wait_for(lock, busy ? std::chrono::milliseconds(25) : std::chrono::milliseconds(200), [&] { return ending_; });
+    lock.unlock();
+    bool collect = false;
+    std::vector<std::thread> over;
+    std::vector<Job*> failed;
+    {
+      Deferred deferred;
+      std::lock_guard guard(mutex_);
+      if (!ending_) {
+        Tick(&deferred);
+        for (auto& [number, job] : jobs_) {
+          if (!job->driving && job->driver.joinable()) over.push_back(std::move(job->driver));
+          if (!job->driven && !job->failure.empty() && !Ended(job->stored.phase)) failed.push_back(job.get());
+        }
+        if (clock_.Now() >= next_collection_) {
+          collect = true;
+          next_collection_ = clock_.Now() + std::chrono::minutes(5);
+        }
+      }
+    }
+    for (auto& driver : over) driver.join();
+    for (Job* job : failed) EndJob(*job, JobPhase::kFailed, job->failure);
+    if (collect) {
+      (void)Guarded([&] {
+        if (const size_t count = blobs_->Collect()) spdlog::info("collected {} unused blobs", count);
+      });
+    }
+    lock.lock();
+  }
+}
+
+}  // namespace lodestar

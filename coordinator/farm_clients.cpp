@@ -1,0 +1,160 @@
+// What clients ask of the farm.
+#include <algorithm>
+
+#include "coordinator/crash_point.h"
+#include "coordinator/farm.h"
+#include "coordinator/image_bytes.h"
+#include "core/base/log.h"
+#include "rpc/status.h"
+
+namespace lodestar {
+namespace {
+
+// Refuses what is knowable without the scene: an unknown method or option, a budget without sense.
+void CheckSpec(const JobSpec& spec) {
+  Survey survey;  // of some scene
+  survey.bounds = Bounds3{Vec3(-1, -1, -1), Vec3(1, 1, 1)};
+  survey.resolution_x = spec.resolution_x ? spec.resolution_x : 16;
+  survey.resolution_y = spec.resolution_y ? spec.resolution_y : 16;
+  survey.max_depth = spec.max_depth ? spec.max_depth : 5;
+  (void)Loop(spec, survey);
+}
+
+}  // namespace
+
+JobId Farm::Submit(const JobSubmission& submission) {
+  submission.scene.Validate();
+  CheckSpec(submission.spec);
+  blobs_->CheckSpace(16 << 20);
+  {
+    std::lock_guard lock(mutex_);
+    for (const auto& [number, job] : jobs_) {
+      if (job->stored.client_token == submission.client_token) return job->stored.id();
+    }
+    if (order_.size() >= options_.max_queued) {
+      throw ExhaustedError("the queue is full (" + std::to_string(order_.size()) + " jobs): wait until some have ended, or cancel some");
+    }
+  }
+  StoredJob stored;
+  stored.client_token = submission.client_token;
+  stored.name = submission.name;
+  stored.priority = submission.priority;
+  stored.submitted_unix_ms = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  stored.description = blobs_->Put(JobDescription{submission.spec, submission.scene}.Serialize());
+  std::vector<ContentHash> assets{stored.description};
+  for (const auto& [name, file] : submission.scene.files) assets.push_back(file.hash);
+  stored = store_.Insert(stored, assets);
+  CrashPoint("job-committed");
+  Deferred deferred;
+  std::lock_guard lock(mutex_);
+  if (!jobs_.contains(stored.number)) {  // the same token may have come twice at once
+    auto job = std::make_unique<Job>();
+    job->stored = stored;
+    job->spec = submission.spec;
+    jobs_.emplace(stored.number, std::move(job));
+    spdlog::info("{} ({}) submitted: {}", stored.id().value, stored.name, submission.spec.method);
+    Reorder();
+    Pump(&deferred);
+  }
+  return stored.id();
+}
+
+JobStatus Farm::Get(const JobId& id) const {
+  std::lock_guard lock(mutex_);
+  return Status(Need(id));
+}
+
+std::vector<JobStatus> Farm::List() const {
+  std::lock_guard lock(mutex_);
+  std::vector<JobStatus> all;
+  for (auto it = jobs_.rbegin(); it != jobs_.rend() && all.size() < 1000; ++it) all.push_back(Status(*it->second));
+  for (auto& status : all) status.log.clear();
+  return all;
+}
+
+void Farm::Cancel(const JobId& id) {
+  Job* job = nullptr;
+  {
+    std::lock_guard lock(mutex_);
+    job = &Need(id);
+    if (Ended(job->stored.phase) || job->cancelled) return;
+    job->cancelled = true;
+    job->Log("cancelled by a client");
+    job->stop.Request();
+    if (job->driving) {
+      changed_.notify_all();
+      return;  // the driver ends it, with the image so far
+    }
+  }
+  EndJob(*job, JobPhase::kCancelled, "");
+}
+
+std::shared_ptr<const Image> Farm::GetImage(const JobId& id) {
+  std::unique_lock lock(mutex_);
+  Job& job = Need(id);
+  if (job.driving) {
+    job.snapshot_wanted = true;
+    changed_.wait_for(lock, std::chrono::seconds(5), [&] { return !job.snapshot_wanted || !job.driving || ending_; });
+  }
+  if (job.driving || job.stored.image.empty()) {
+    if (job.image) return job.image;
+    throw Error(ErrorKind::kConflict, id.value + " has no image yet: " + (Status(job).waiting_for.empty() ? "its first round is not complete" : "it waits for " + Status(job).waiting_for));
+  }
+  const ContentHash hash = job.stored.image;
+  lock.unlock();
+  return std::make_shared<const Image>(ImageFromBytes(Decompress(blobs_->Read(hash), "stored image")));
+}
+
+std::string Farm::GetReport(const JobId& id) {
+  std::unique_lock lock(mutex_);
+  Job& job = Need(id);
+  if (job.driving) {
+    job.snapshot_wanted = true;
+    changed_.wait_for(lock, std::chrono::seconds(5), [&] { return !job.snapshot_wanted || !job.driving || ending_; });
+  }
+  if (!job.stored.report.empty()) return job.stored.report;
+  if (job.report.empty()) throw Error(ErrorKind::kConflict, id.value + " has not rendered a round yet, so there is nothing to report");
+  return job.report;
+}
+
+std::vector<WorkerStatus> Farm::Workers() const {
+  std::lock_guard lock(mutex_);
+  std::map<WorkerId, uint32_t> leases;
+  for (const Job* job : order_) {
+    for (const auto& [id, survey] : job->surveys) ++leases[survey.worker];
+    if (!job->run) continue;
+    for (const auto& open : job->run->open) {
+      for (const auto& [id, lease] : open->leases.leases()) ++leases[lease.worker];
+    }
+  }
+  std::vector<WorkerStatus> all;
+  for (const auto& [id, worker] : workers_) {
+    WorkerStatus s;
+    s.id = id;
+    s.name = worker.info.name;
+    s.threads = worker.info.threads;
+    s.fingerprint = worker.info.Fingerprint();
+    s.leases = leases[id];
+    s.units = worker.units;
+    s.units_per_second = worker.seconds > 0 ? static_cast<double>(worker.units) / worker.seconds : 0;
+    s.seconds_since_seen = Seconds(clock_.Now() - worker.seen);
+    all.push_back(std::move(s));
+  }
+  return all;
+}
+
+uint64_t Farm::Watch(const JobId& id, std::function<void(const JobStatus&)> changed) {
+  Deferred deferred;
+  std::lock_guard lock(mutex_);
+  const Job& job = Need(id);
+  deferred.Add([changed, status = Status(job)] { changed(status); });
+  watchers_.emplace(++last_call_, Watcher{job.stored.number, std::move(changed)});
+  return last_call_;
+}
+
+void Farm::Unwatch(uint64_t watch) {
+  std::lock_guard lock(mutex_);
+  watchers_.erase(watch);
+}
+
+}  // namespace lodestar

@@ -1,0 +1,195 @@
+// A job's driver thread: the loop over leases, its checkpoints, its end.
+#include <atomic>
+#include <future>
+#include <nlohmann/json.hpp>
+
+#include "coordinator/crash_point.h"
+#include "coordinator/farm_executor.h"
+#include "coordinator/image_bytes.h"
+#include "core/base/log.h"
+#include "core/learning/contribution.h"
+#include "core/learning/report_json.h"
+
+namespace lodestar {
+namespace {
+
+// Where the last checkpoint left off; nothing where there is none, or none that can be read: then the job is rendered again, with the same bits.
+std::unique_ptr<Loop> Restored(const BlobStore& blobs, const StoredJob& stored, JobCheckpoint* checkpoint) {
+  if (stored.checkpoint.empty()) return nullptr;
+  try {
+    *checkpoint = JobCheckpoint::Parse(Decompress(blobs.Read(stored.checkpoint), "job checkpoint"));
+    return Loop::Restore(checkpoint->loop);
+  } catch (const Error& error) {
+    spdlog::warn("{} is rendered again from its start: {}", stored.id().value, error.what());
+    *checkpoint = {};
+    return nullptr;
+  }
+}
+
+// Writes checkpoints one at a time in the background, so that rendering goes on meanwhile.
+class CheckpointWriter {
+ public:
+  bool busy() const { return writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready; }
+  void Write(std::function<void()> write) {
+    Wait();
+    writing_ = std::async(std::launch::async, std::move(write));
+  }
+  void Wait() {
+    if (writing_.valid()) writing_.get();
+  }
+  ~CheckpointWriter() { Wait(); }
+
+ private:
+  std::future<void> writing_;
+};
+
+}  // namespace
+
+void Farm::Snapshot(Job& job, const Loop& loop) {
+  auto image = std::make_shared<const Image>(loop.Develop());
+  auto report = ReportToJson(loop.Report()).dump();
+  std::lock_guard lock(mutex_);
+  job.image = std::move(image);
+  job.report = std::move(report);
+  job.snapshot_wanted = false;
+  changed_.notify_all();
+}
+
+void Farm::StoreCheckpoint(Job& job, JobCheckpoint checkpoint) {
+  try {
+    CrashPoint("checkpoint-begin");
+    const Bytes bytes = Compress(checkpoint.Serialize());
+    blobs_->CheckSpace(bytes.size());
+    const ContentHash blob = blobs_->Put(bytes);
+    CrashPoint("checkpoint-blob");
+    ContentHash old;
+    Persist(job, [&](StoredJob& stored) {
+      old = stored.checkpoint;
+      stored.checkpoint = blob;
+    });
+    CrashPoint("checkpoint-committed");
+    if (!old.empty() && old != blob) blobs_->Drop(old);
+  } catch (const Error& error) {
+    spdlog::warn("{}: no checkpoint ({}); it goes on, and a crash would cost it more", job.stored.id().value, error.what());
+    std::lock_guard lock(mutex_);
+    job.Log(std::string("no checkpoint: ") + error.what());
+  }
+}
+
+void Farm::StoreResult(Job& job, const Loop& loop) {
+  const ContentHash image = blobs_->Put(Compress(ImageToBytes(loop.Develop())));
+  const std::string report = ReportToJson(loop.Report()).dump();
+  CrashPoint("result-blob");
+  ContentHash checkpoint;
+  Persist(job, [&](StoredJob& stored) {
+    checkpoint = std::exchange(stored.checkpoint, {});
+    stored.image = image;
+    stored.report = report;
+    stored.phase = loop.finished() ? JobPhase::kDone : JobPhase::kCancelled;
+  });
+  CrashPoint("done-committed");
+  if (!checkpoint.empty()) blobs_->Drop(checkpoint);
+}
+
+void Farm::Drive(Job& job) {
+  std::string failure;
+  bool stored_result = false;
+  try {
+    // Step 1: the loop, from where it was.
+    JobCheckpoint resumed;
+    std::unique_ptr<Loop> loop = Restored(*blobs_, job.stored, &resumed);
+    if (!loop) loop = std::make_unique<Loop>(job.spec, Survey::Parse(job.stored.survey));
+    if (job.stored.phase != JobPhase::kRunning) Persist(job, [](StoredJob& stored) { stored.phase = JobPhase::kRunning; });
+    // Step 2: checkpoints, at the pace of the options.
+    CheckpointWriter writer;
+    auto last = clock_.Now();
+    uint32_t last_iteration = loop->finished() ? 0 : loop->NextRound().iteration;
+    const auto checkpoint = [&](const OpenRound* open, bool now) {
+      if (loop->finished() && !open) return;
+      const auto age = clock_.Now() - last;
+      const bool advanced = !open && loop->NextRound().iteration != last_iteration;
+      if (!now && (writer.busy() || (age < options_.checkpoint_interval && !(advanced && age >= options_.checkpoint_least)))) return;
+      JobCheckpoint position;
+      position.loop = loop->Checkpoint();
+      if (open) {
+        position.round = open->round;
+        position.state = open->state_hash;
+        std::lock_guard merge(const_cast<OpenRound*>(open)->merge);
+        for (const auto& [node, part] : open->reduction.parts()) position.parts.push_back({node, SerializeContribution(part)});
+      }
+      last_iteration = loop->NextRound().iteration;
+      last = clock_.Now();
+      writer.Write([this, &job, position = std::move(position)]() mutable { StoreCheckpoint(job, std::move(position)); });
+    };
+    // Step 3: run.
+    Loop::Hooks hooks;
+    hooks.progress = [&](const JobProgress& progress) {
+      bool wanted = false;
+      {
+        Deferred deferred;
+        std::lock_guard lock(mutex_);
+        job.progress = progress;
+        wanted = job.snapshot_wanted;
+        Changed(job, &deferred);
+      }
+      if (wanted) Snapshot(job, *loop);
+    };
+    hooks.checkpoint = [&](const Loop&) { checkpoint(nullptr, false); };
+    FarmExecutor executor(*this, job, *loop, std::move(resumed), [&](const OpenRound* open) {
+      // A snapshot can be answered while a round is under way too: the loop stands at its edge.
+      bool wanted = false;
+      {
+        std::lock_guard lock(mutex_);
+        wanted = job.snapshot_wanted && job.progress.passes > 0;
+      }
+      if (wanted) Snapshot(job, *loop);
+      checkpoint(open, false);
+    });
+    {
+      Deferred deferred;
+      std::lock_guard lock(mutex_);
+      Changed(job, &deferred);
+    }
+    loop->Run(executor, job.stop, hooks, clock_);
+    // Step 4: its end.
+    bool cancelled = false, ending = false;
+    {
+      std::lock_guard lock(mutex_);
+      failure = job.failure;
+      cancelled = job.cancelled;
+      ending = ending_;
+    }
+    if (!failure.empty() || loop->finished() || (cancelled && loop->passes() > 0)) {
+      writer.Wait();
+      if (loop->passes() > 0 && failure.empty()) {
+        StoreResult(job, *loop);
+        stored_result = true;
+      }
+    } else if (ending && !cancelled) {
+      checkpoint(nullptr, true);
+    }
+  } catch (const Error& error) {
+    failure = error.what();
+  } catch (const std::exception& error) {
+    failure = std::string("a bug of the coordinator: ") + error.what();
+  }
+  bool cancelled = false, ending = false;
+  {
+    std::lock_guard lock(mutex_);
+    cancelled = job.cancelled;
+    ending = ending_;
+    job.driving = false;
+    if (!failure.empty() && (job.log.empty() || job.log.back() != failure)) job.Log(failure);
+  }
+  if (!failure.empty()) {
+    EndJob(job, JobPhase::kFailed, failure);
+  } else if (stored_result) {
+    EndJob(job, job.stored.phase, "");
+  } else if (cancelled) {
+    EndJob(job, JobPhase::kCancelled, "");
+  } else if (!ending) {
+    EndJob(job, JobPhase::kFailed, "its loop ended early, which is a bug of the coordinator");
+  }
+}
+
+}  // namespace lodestar

@@ -1,0 +1,116 @@
+#include "coordinator/farm_executor.h"
+
+#include <algorithm>
+
+#include "core/base/check.h"
+#include "core/base/log.h"
+#include "core/learning/contribution.h"
+
+namespace lodestar {
+
+Farm::FarmExecutor::FarmExecutor(Farm& farm, Job& job, const Loop& loop, JobCheckpoint resumed, std::function<void(const OpenRound*)> checkpoint)
+    : farm_(farm), job_(job), run_(std::make_shared<JobRun>(loop)), resumed_(std::move(resumed)), checkpoint_(std::move(checkpoint)) {
+  std::lock_guard lock(farm_.mutex_);
+  job_.run = run_;
+}
+
+Farm::FarmExecutor::~FarmExecutor() {
+  Deferred deferred;
+  std::lock_guard lock(farm_.mutex_);
+  farm_.CloseRounds(job_, [](const OpenRound&) { return true; }, &deferred);
+  job_.run = nullptr;
+  farm_.Pump(&deferred);
+}
+
+// Once an iteration: the canonical bytes are hashed, and compressed once for all workers.
+void Farm::FarmExecutor::Publish(const std::shared_ptr<const State>& state) {
+  const Bytes bytes = state->Serialize();
+  auto compressed = std::make_shared<const Bytes>(Compress(bytes));
+  const ContentHash hash = Sha256(bytes);
+  std::lock_guard lock(farm_.mutex_);
+  run_->state = state;
+  run_->state_hash = hash;
+  run_->state_compressed = std::move(compressed);
+}
+
+std::shared_ptr<OpenRound> Farm::FarmExecutor::NewRound(const Round& round) const {
+  return std::make_shared<OpenRound>(run_->state, run_->state_hash, round, farm_.options_.leases, farm_.clock_);
+}
+
+// What the last checkpoint held of this round.
+void Farm::FarmExecutor::Resume(OpenRound* open) {
+  if (resumed_.parts.empty()) return;
+  if (resumed_.round == open->round && resumed_.state == open->state_hash) {
+    for (auto& part : resumed_.parts) {
+      open->reduction.Commit(part.node, ParseContribution(run_->method, open->state, run_->grid, open->round, part.node, part.contribution));
+      open->leases.Commit(part.node);
+    }
+    spdlog::info("{} resumes with {} of {} units of its round", job_.stored.id().value, open->reduction.committed_units(), open->round.unit_count);
+  }
+  resumed_.parts.clear();
+}
+
+std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) {
+  // Step 1: the state, where it is a new one.
+  if (run_->state != state) {
+    {
+      Deferred deferred;
+      std::lock_guard lock(farm_.mutex_);
+      farm_.CloseRounds(job_, [](const OpenRound&) { return true; }, &deferred);
+    }
+    Publish(state);
+  }
+  // Step 2: the round, and the one that may follow it, are open; others are void.
+  std::shared_ptr<OpenRound> current;
+  const auto announced = std::exchange(announced_, std::nullopt);
+  {
+    Deferred deferred;
+    std::lock_guard lock(farm_.mutex_);
+    farm_.CloseRounds(job_, [&](const OpenRound& open) { return open.round != round && (!announced || open.round != *announced); }, &deferred);
+    const auto find = [&](const Round& wanted) {
+      const auto it = std::find_if(run_->open.begin(), run_->open.end(), [&](const auto& open) { return open->round == wanted; });
+      return it == run_->open.end() ? nullptr : *it;
+    };
+    current = find(round);
+    if (!current) {
+      current = NewRound(round);
+      Resume(current.get());
+    }
+    std::shared_ptr<OpenRound> next;
+    if (announced && !(next = find(*announced))) next = NewRound(*announced);
+    run_->open = {current};
+    if (next) run_->open.push_back(next);
+    farm_.Pump(&deferred);
+  }
+  // Step 3: until workers have covered it.
+  std::unique_lock lock(farm_.mutex_);
+  while (!current->leases.complete() && !stop.Requested() && !farm_.ending_) {
+    farm_.changed_.wait_for(lock, std::chrono::milliseconds(500));
+    if (current->leases.complete()) break;
+    lock.unlock();
+    checkpoint_(current.get());
+    lock.lock();
+  }
+  if (!current->leases.complete()) return std::nullopt;
+  std::erase(run_->open, current);
+  lock.unlock();
+  std::lock_guard merge(current->merge);
+  return current->reduction.Take();
+}
+
+void Farm::CloseRounds(Job& job, const std::function<bool(const OpenRound&)>& which, Deferred* deferred) {
+  if (!job.run) return;
+  auto& open = job.run->open;
+  for (auto it = open.begin(); it != open.end();) {
+    if (!which(**it)) {
+      ++it;
+      continue;
+    }
+    std::vector<LeaseEntry> leases;
+    for (const auto& [id, lease] : (*it)->leases.leases()) leases.push_back(lease);
+    Revoke(leases, deferred);
+    it = open.erase(it);
+  }
+}
+
+}  // namespace lodestar

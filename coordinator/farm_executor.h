@@ -1,0 +1,31 @@
+// Rounds by leases: opens a round (and the announced one behind it), and waits until workers have covered it.
+#pragma once
+
+#include <functional>
+
+#include "coordinator/farm.h"
+
+namespace lodestar {
+
+class Farm::FarmExecutor final : public Executor {
+ public:
+  // `checkpoint` is called on the driver's thread whenever one is due while a round is under way.
+  FarmExecutor(Farm& farm, Job& job, const Loop& loop, JobCheckpoint resumed, std::function<void(const OpenRound*)> checkpoint);
+  ~FarmExecutor() override;
+  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) override;
+  void Announce(const std::shared_ptr<const State>& state, const Round& next) override { announced_ = next; }
+
+ private:
+  void Publish(const std::shared_ptr<const State>& state);
+  std::shared_ptr<OpenRound> NewRound(const Round& round) const;
+  void Resume(OpenRound* open);
+
+  Farm& farm_;
+  Job& job_;
+  const std::shared_ptr<JobRun> run_;
+  JobCheckpoint resumed_;
+  std::function<void(const OpenRound*)> checkpoint_;
+  std::optional<Round> announced_;
+};
+
+}  // namespace lodestar

@@ -1,0 +1,11 @@
+// An image as the bytes that GetImage streams and the store keeps: width, height, then (r, g, b, variance) floats, rows from the top.
+#pragma once
+
+#include "core/film/film.h"
+
+namespace lodestar {
+
+Bytes ImageToBytes(const Image& image);
+Image ImageFromBytes(std::string_view bytes);  // throws Error(kCorrupt)
+
+}  // namespace lodestar

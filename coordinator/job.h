@@ -1,0 +1,84 @@
+// A job as the coordinator holds it in memory. All members are guarded by the farm's mutex unless they say otherwise.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "coordinator/job_store.h"
+#include "coordinator/lease_table.h"
+#include "core/base/stop.h"
+#include "core/learning/loop.h"
+#include "core/learning/reduction.h"
+
+namespace lodestar {
+
+// A round that is being leased out: what is merged of it, and who should work on the rest.
+struct OpenRound {
+  OpenRound(std::shared_ptr<const State> of, ContentHash hash, const Round& r, const LeaseTable::Options& options, const Clock& clock)
+      : round(r), state(std::move(of)), state_hash(std::move(hash)), reduction(r.unit_count), leases(r.unit_count, options, clock) {}
+  const Round round;
+  const std::shared_ptr<const State> state;
+  const ContentHash state_hash;
+  std::mutex merge;            // guards `reduction`; taken without the farm's mutex, so that merging blocks nobody
+  RoundReduction reduction;
+  LeaseTable leases;
+};
+
+// What exists while a driver thread runs the job's loop.
+struct JobRun {
+  explicit JobRun(const Loop& loop) : method(loop.method()), grid(loop.grid()) {}
+  const Method& method;
+  const TileGrid grid;
+  std::shared_ptr<const State> state;
+  ContentHash state_hash;
+  std::shared_ptr<const Bytes> state_compressed;      // as it is sent
+  std::vector<std::shared_ptr<OpenRound>> open;       // the round under way, and the announced one that may follow it
+  std::map<WorkerId, double> seconds_per_unit;        // for lease sizes only
+  double mean_seconds_per_unit = 0;
+  double bytes_per_unit = 0;
+};
+
+struct SurveyLease {
+  WorkerId worker;
+  Clock::Duration expires{};
+};
+
+struct Job {
+  StoredJob stored;
+  JobSpec spec;
+  JobProgress progress;
+  uint32_t width = 0, height = 0;
+  std::deque<std::string> log;
+
+  std::map<LeaseId, SurveyLease> surveys;
+  std::set<WorkerId> asked;              // to survey
+  std::set<WorkerId> lost;               // workers lost on it since something was last committed
+  Clock::Duration last_loss{};
+
+  std::shared_ptr<JobRun> run;
+  std::thread driver;
+  bool driving = false, driven = false;  // now; at some time in this process
+  StopToken stop;
+  bool cancelled = false;
+  std::string failure;                   // set by others than the driver, which then ends
+
+  // A client wants to see; answered at the next round's edge.
+  bool snapshot_wanted = false;
+  std::shared_ptr<const Image> image;
+  std::string report;
+
+  // Taken before the farm's mutex by whoever changes `stored` and writes it, so that writes come in order.
+  std::mutex persist;
+
+  void Log(const std::string& line) {
+    log.push_back(line);
+    if (log.size() > 50) log.pop_front();
+  }
+};
+
+}  // namespace lodestar

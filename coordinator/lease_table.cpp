@@ -1,0 +1,167 @@
+#include "coordinator/lease_table.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "core/base/check.h"
+
+namespace lodestar {
+
+LeaseTable::LeaseTable(uint32_t unit_count, const Options& options, const Clock& clock)
+    : options_(options), clock_(clock), units_(unit_count), uncovered_(unit_count), free_(unit_count) {
+  LODESTAR_CHECK(unit_count > 0);
+}
+
+LeaseEntry LeaseTable::Add(LeaseId id, const WorkerId& worker, TreeNode node, bool copy) {
+  LeaseEntry lease{id, worker, node, clock_.Now(), clock_.Now() + options_.duration, copy};
+  for (uint32_t u = node.first(); u < node.end(unit_count()); ++u) {
+    if (units_[u].free()) --free_;
+    ++units_[u].holders;
+    ++leased_units_;
+  }
+  LODESTAR_CHECK(leases_.emplace(id, lease).second);
+  return lease;
+}
+
+// The units go back, except those that are covered; the entry itself is erased by the caller.
+void LeaseTable::Remove(const LeaseEntry& lease) {
+  for (uint32_t u = lease.node.first(); u < lease.node.end(unit_count()); ++u) {
+    --units_[u].holders;
+    --leased_units_;
+    if (units_[u].free()) {
+      ++free_;
+      lowest_free_ = std::min(lowest_free_, u);
+    }
+  }
+}
+
+template <class Condition>
+std::vector<LeaseEntry> LeaseTable::RemoveIf(Condition&& condition) {
+  std::vector<LeaseEntry> removed;
+  for (auto it = leases_.begin(); it != leases_.end();) {
+    if (condition(it->second)) {
+      Remove(it->second);
+      removed.push_back(it->second);
+      it = leases_.erase(it);
+    } else {
+      ++it;
+    }
+  }
+  return removed;
+}
+
+std::optional<LeaseEntry> LeaseTable::Grant(LeaseId id, const WorkerId& worker, uint32_t max_units) {
+  if (free_ == 0) return std::nullopt;
+  // Step 1: the lowest free unit, inside the window and the byte budget.
+  while (!units_[lowest_free_].free()) ++lowest_free_;
+  while (units_[lowest_uncovered_].covered) ++lowest_uncovered_;
+  if (lowest_free_ - lowest_uncovered_ >= options_.window) return std::nullopt;
+  if (leased_units_ > 0 && static_cast<double>(leased_units_ + 1) * bytes_per_unit_ > static_cast<double>(options_.byte_budget)) return std::nullopt;
+  // Step 2: the largest aligned block from there on that is free and not too large.
+  TreeNode node{0, lowest_free_};
+  const uint32_t top = TreeNode::Root(unit_count()).level;
+  while (node.level < top && node.index % 2 == 0) {
+    const TreeNode parent = node.Parent();
+    if (parent.end(unit_count()) - parent.first() > max_units) break;
+    bool all_free = true;
+    for (uint32_t u = node.end(unit_count()); u < parent.end(unit_count()) && all_free; ++u) all_free = units_[u].free();
+    if (!all_free) break;
+    node = parent;
+  }
+  return Add(id, worker, node, false);
+}
+
+std::optional<LeaseEntry> LeaseTable::GrantCopy(LeaseId id, const WorkerId& worker, double seconds_per_unit) {
+  // Step 1: the lease that is latest against what was expected of it.
+  const auto now = clock_.Now();
+  std::optional<TreeNode> best;
+  double best_late = 0;
+  for (const auto& [other, lease] : leases_) {
+    if (lease.worker == worker) continue;
+    const uint32_t count = lease.node.end(unit_count()) - lease.node.first();
+    const double allowed = seconds_per_unit > 0 ? options_.straggler_factor * seconds_per_unit * count + Seconds(options_.straggler_grace) : Seconds(options_.unknown_grace);
+    const double late = Seconds(now - lease.granted) - allowed;
+    if (late < 0 || (best && late <= best_late)) continue;
+    // Step 2: its upper half first (its holder may be through with the lower one), then the lower.
+    const auto takeable = [&](TreeNode node) {
+      bool any = false;
+      for (uint32_t u = node.first(); u < node.end(unit_count()); ++u) {
+        if (units_[u].covered) continue;
+        if (units_[u].holders >= options_.max_copies) return false;
+        any = true;
+      }
+      return any;
+    };
+    std::vector<TreeNode> candidates{lease.node};
+    if (lease.node.level > 0) candidates = {lease.node.Child(1), lease.node.Child(0)};
+    for (const TreeNode node : candidates) {
+      if (node.ValidIn(unit_count()) && takeable(node)) {
+        best = node;
+        best_late = late;
+        break;
+      }
+    }
+  }
+  if (!best) return std::nullopt;
+  return Add(id, worker, *best, true);
+}
+
+bool LeaseTable::Renew(LeaseId id, const WorkerId& worker) {
+  const auto it = leases_.find(id);
+  if (it == leases_.end() || it->second.worker != worker) return false;
+  it->second.expires = clock_.Now() + options_.duration;
+  return true;
+}
+
+std::vector<LeaseEntry> LeaseTable::Commit(TreeNode node) {
+  LODESTAR_CHECK(node.ValidIn(unit_count()));
+  for (uint32_t u = node.first(); u < node.end(unit_count()); ++u) {
+    if (units_[u].covered) continue;
+    if (units_[u].free()) --free_;
+    units_[u].covered = true;
+    --uncovered_;
+  }
+  return RemoveIf([&](const LeaseEntry& lease) { return Covered(lease.node); });
+}
+
+std::optional<LeaseEntry> LeaseTable::Release(LeaseId id) {
+  const auto it = leases_.find(id);
+  if (it == leases_.end()) return std::nullopt;
+  const LeaseEntry lease = it->second;
+  Remove(lease);
+  leases_.erase(it);
+  return lease;
+}
+
+std::vector<LeaseEntry> LeaseTable::ReleaseWorker(const WorkerId& worker) {
+  return RemoveIf([&](const LeaseEntry& lease) { return lease.worker == worker; });
+}
+
+std::vector<LeaseEntry> LeaseTable::Expire() {
+  const auto now = clock_.Now();
+  return RemoveIf([&](const LeaseEntry& lease) { return lease.expires <= now; });
+}
+
+bool LeaseTable::Covered(TreeNode node) const {
+  for (uint32_t u = node.first(); u < node.end(unit_count()); ++u) {
+    if (!units_[u].covered) return false;
+  }
+  return true;
+}
+
+uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers, double seconds_per_unit, bool more_follows) {
+  workers = std::max(workers, 1u);
+  double units = static_cast<double>(unit_count) / (6.0 * workers);
+  if (!more_follows) units = std::min(units, static_cast<double>(free_units) / (3.0 * workers));
+  if (seconds_per_unit > 0) {
+    units = std::max(units, sizing.shortest / seconds_per_unit);
+    units = std::min(units, sizing.longest / seconds_per_unit);
+    // However short a unit is, no worker takes more than its share of what is left.
+    units = std::min(units, static_cast<double>(unit_count) / workers);
+  }
+  // The nearest power of two: blocks are aligned.
+  const auto whole = static_cast<uint32_t>(std::max(1.0, units * 1.4));
+  return std::bit_floor(whole);
+}
+
+}  // namespace lodestar

@@ -1,0 +1,89 @@
+// Who should work on which nodes of one round. Pure: time comes from a clock, nothing blocks, nothing is sent. A lease decides who should work,
+// never who may answer. Not thread-safe.
+//
+//   free --Grant--> leased --Commit--> covered
+//                     |  '--Release, Expire--> free
+//                     '--GrantCopy--> leased twice (a straggler's block, in halves)
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "core/base/clock.h"
+#include "core/learning/round.h"
+#include "rpc/types.h"
+
+namespace lodestar {
+
+struct LeaseEntry {
+  LeaseId id;
+  WorkerId worker;
+  TreeNode node;
+  Clock::Duration granted{}, expires{};
+  bool copy = false;
+};
+
+class LeaseTable {
+ public:
+  struct Options {
+    Clock::Duration duration = std::chrono::seconds(10);
+    // Fresh leases start less than this many units above the lowest unit that is not covered, so that early results stay few.
+    uint32_t window = 1 << 14;
+    // Leases beyond this many bytes of expected results wait (0 bytes a unit: unknown).
+    uint64_t byte_budget = uint64_t{1} << 30;
+    // A lease is a straggler at `straggler_factor` times its expected time plus the grace; with no expectation, after `unknown_grace`.
+    double straggler_factor = 3;
+    Clock::Duration straggler_grace = std::chrono::milliseconds(250), unknown_grace = std::chrono::seconds(2);
+    uint32_t max_copies = 2;  // of one unit, the first included
+  };
+  LeaseTable(uint32_t unit_count, const Options& options, const Clock& clock);
+
+  // The lowest free aligned block of at most `max_units`.
+  std::optional<LeaseEntry> Grant(LeaseId id, const WorkerId& worker, uint32_t max_units);
+  // Half of a straggler's block (the whole of a single unit) for a worker that does not hold it already.
+  std::optional<LeaseEntry> GrantCopy(LeaseId id, const WorkerId& worker, double seconds_per_unit);
+  // False: void, to be given up.
+  bool Renew(LeaseId id, const WorkerId& worker);
+  // The node's units are covered. Returns the leases that have nothing left to do.
+  std::vector<LeaseEntry> Commit(TreeNode node);
+  std::optional<LeaseEntry> Release(LeaseId id);
+  std::vector<LeaseEntry> ReleaseWorker(const WorkerId& worker);
+  std::vector<LeaseEntry> Expire();
+
+  bool Covered(TreeNode node) const;
+  bool complete() const { return uncovered_ == 0; }
+  uint32_t unit_count() const { return static_cast<uint32_t>(units_.size()); }
+  uint32_t free_units() const { return free_; }
+  void set_bytes_per_unit(double bytes) { bytes_per_unit_ = bytes; }
+  const std::map<LeaseId, LeaseEntry>& leases() const { return leases_; }
+
+ private:
+  struct Unit {
+    bool covered = false;
+    uint16_t holders = 0;
+    bool free() const { return !covered && holders == 0; }
+  };
+  LeaseEntry Add(LeaseId id, const WorkerId& worker, TreeNode node, bool copy);
+  void Remove(const LeaseEntry& lease);
+  template <class Condition>
+  std::vector<LeaseEntry> RemoveIf(Condition&& condition);
+
+  Options options_;
+  const Clock& clock_;
+  std::vector<Unit> units_;
+  uint32_t uncovered_, free_;
+  uint32_t lowest_uncovered_ = 0, lowest_free_ = 0;
+  uint64_t leased_units_ = 0;
+  double bytes_per_unit_ = 0;
+  std::map<LeaseId, LeaseEntry> leases_;
+};
+
+// How many units a fresh lease should have at most. Each worker gets about six leases a round, fewer units toward its end unless more work
+// follows at once; between `shortest` and `longest` of expected time. For scheduling only.
+struct LeaseSizing {
+  double shortest = 0.02, longest = 2;
+};
+uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers, double seconds_per_unit, bool more_follows);
+
+}  // namespace lodestar

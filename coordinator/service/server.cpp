@@ -1,0 +1,66 @@
+#include "coordinator/service/server.h"
+
+#include <grpcpp/resource_quota.h>
+#include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
+
+#include "coordinator/service/services.h"
+#include "rpc/channel.h"
+
+namespace lodestar {
+namespace {
+
+bool IsLoopback(const std::string& host) {
+  if (host == "localhost" || host == "[::1]") return true;
+  // A dotted quad of 127/8; a name that merely begins so is not one.
+  return host.starts_with("127.") && host.find_first_not_of("0123456789.") == std::string::npos;
+}
+
+}  // namespace
+
+struct Server::Impl {
+  explicit Impl(Farm& farm) : farm_service(NewFarmService(farm, pool)), work_service(NewWorkService(farm, pool)) {}
+  WorkPool pool{6};
+  std::unique_ptr<grpc::Service> farm_service, work_service;
+  std::unique_ptr<grpc::Server> server;
+  int port = 0;
+  std::string address;
+};
+
+Server::Server(Farm& farm, const Options& options) : impl_(std::make_unique<Impl>(farm)) {
+  const auto colon = options.listen.rfind(':');
+  if (colon == std::string::npos) throw Error(ErrorKind::kInvalidInput, "'" + options.listen + "' is not HOST:PORT");
+  const std::string host = options.listen.substr(0, colon);
+  if (!IsLoopback(host) && !options.insecure) {
+    throw Error(ErrorKind::kInvalidInput, "listening on '" + host + "' would let anyone who reaches this machine submit jobs and results, without encryption; " +
+                                              "listen on 127.0.0.1, or say --insecure on a network that you trust");
+  }
+  grpc::ServerBuilder builder;
+  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &impl_->port);
+  builder.RegisterService(impl_->farm_service.get());
+  builder.RegisterService(impl_->work_service.get());
+  builder.SetMaxReceiveMessageSize(static_cast<int>(kMaxMessageBytes));
+  builder.SetMaxSendMessageSize(static_cast<int>(kMaxMessageBytes));
+  builder.SetResourceQuota(grpc::ResourceQuota("coordinator").Resize(size_t{1} << 30));
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kKeepaliveMs / 2);
+  impl_->server = builder.BuildAndStart();
+  if (!impl_->server || impl_->port == 0) throw Error(ErrorKind::kIo, options.listen + " cannot be listened on: is the port taken, or the address not this machine's?");
+  impl_->address = host + ":" + std::to_string(impl_->port);
+}
+
+Server::~Server() {
+  if (impl_ && impl_->server) impl_->server->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
+}
+
+int Server::port() const {
+  return impl_->port;
+}
+const std::string& Server::address() const {
+  return impl_->address;
+}
+
+}  // namespace lodestar

@@ -1,0 +1,29 @@
+// A few threads for what would block gRPC's own: disk, decoding, merging.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace lodestar {
+
+class WorkPool {
+ public:
+  explicit WorkPool(int threads, size_t max_queued = 4096);
+  ~WorkPool();  // finishes what is queued
+  // False when the queue is full.
+  bool Post(std::function<void()> task);
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<std::function<void()>> tasks_;
+  const size_t max_queued_;
+  bool ending_ = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace lodestar

@@ -1,0 +1,77 @@
+// What workers and the coordinator speak about, as plain values.
+#pragma once
+
+#include <optional>
+
+#include "core/base/clock.h"
+#include "core/learning/round.h"
+#include "rpc/types.h"
+
+namespace lodestar {
+
+struct WorkerInfo {
+  uint32_t protocol_version = kProtocolVersion;
+  std::string build_id, canary, name;
+  uint32_t threads = 1;
+  // A job runs on workers of one fingerprint.
+  std::string Fingerprint() const { return build_id + "/" + canary; }
+};
+struct Registration {
+  WorkerId id;
+  uint64_t epoch = 0;
+  Clock::Duration lease_duration{};
+};
+
+struct RenderUnit {
+  Round round;
+  TreeNode node;
+  ContentHash state;
+  Bytes survey;  // Survey::Serialize() of the job's survey
+  friend bool operator==(const RenderUnit&, const RenderUnit&) = default;
+};
+struct LeasedUnit {
+  LeaseId id;
+  JobId job;
+  ContentHash description;  // of JobDescription::Serialize()
+  Clock::Duration duration{};
+  std::optional<RenderUnit> render;  // absent: a survey
+};
+
+// What a worker must know of a job, as one content-addressed document.
+struct JobDescription {
+  JobSpec spec;
+  SceneManifest scene;
+  Bytes Serialize() const;
+  static JobDescription Parse(std::string_view bytes);
+};
+
+struct ContributionHeader {
+  WorkerId worker;
+  LeaseId lease;
+  JobId job;
+  Round round;
+  TreeNode node;
+  ContentHash state;
+  ContentHash hash;   // of the uncompressed bytes
+  uint64_t size = 0;  // uncompressed
+  double seconds = 0;
+};
+enum class ContributionOutcome { kCommitted = 1, kCovered, kStale, kJobEnded };
+
+struct SurveyResult {
+  WorkerId worker;
+  LeaseId lease;
+  JobId job;
+  Bytes survey;             // empty where the scene is in error
+  std::string scene_error;
+  std::vector<std::string> log;
+};
+struct UnitFailure {
+  enum class Kind { kReturned = 1, kJob, kWorker } kind = Kind::kReturned;
+  WorkerId worker;
+  LeaseId lease;
+  JobId job;
+  std::string message;
+};
+
+}  // namespace lodestar
