@@ -14,7 +14,7 @@ LEFT, RIGHT, HEIGHT = -2.2, 2.2, 2.6
 FRONT, BACK = 4.2, -3.0
 WALL = 0.12                      # thickness of the wall between the rooms: z in [-WALL, 0]
 DOOR_LEFT, DOOR_RIGHT, DOOR_TOP = 0.35, 1.25, 2.05
-AJAR = 24.0                      # degrees
+AJAR = 42.0                      # degrees
 
 
 def rooms():
@@ -106,9 +106,9 @@ def main():
     for name, parameters in materials.items():
         print(f'MakeNamedMaterial "{name}" {parameters}')
     print("\n# The only light: a panel in the back room's ceiling.")
-    print('AttributeBegin\nNamedMaterial "plaster"\nAreaLightSource "diffuse" "rgb L" [ 46 41 34 ]')
+    print('AttributeBegin\nNamedMaterial "plaster"\nAreaLightSource "diffuse" "rgb L" [ 250 228 195 ]')
     y = HEIGHT - 0.01
-    print(quad((-0.3, y, -2.3), (0.9, y, -2.3), (0.9, y, -1.3), (-0.3, y, -1.3)) + "AttributeEnd\n")
+    print(quad((0.9, y, -1.9), (2.0, y, -1.9), (2.0, y, -1.0), (0.9, y, -1.0)) + "AttributeEnd\n")
     for part in (rooms(), door(), furniture()):
         print("".join(part))
 
