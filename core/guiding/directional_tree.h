@@ -73,7 +73,7 @@ struct Point {
   Vec2 square;
   float density;     // the cell's; equals Locate(square).density
   bool near_border;  // a direction and back may end in another cell
-  Vec2 center;       // of the cell
+  Vec2 inner;        // another point of the cell, uniform in its central half, for where `square` rounds out of it
 };
 
 // How far DirectionToCylindrical(CylindricalToDirection(s)) strays from s at most, with a factor of two to spare (tests/guiding).
@@ -121,7 +121,7 @@ inline Point Sample(const DirectionalNode* nodes, Vec2 u) {
   return {{std::min((cx + fx) * size, kOneMinusEpsilon), std::min((cy + fy) * size, kOneMinusEpsilon)},
           density,
           !(margin > kRoundTrip),
-          {(cx + 0.5f) * size, (cy + 0.5f) * size}};
+          {(cx + 0.25f + 0x1p-9f * static_cast<float>(low & 0xff)) * size, (cy + 0.25f + 0x1p-9f * static_cast<float>((low >> 8) & 0xff)) * size}};
 }
 
 namespace detail {

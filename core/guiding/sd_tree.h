@@ -50,17 +50,17 @@ class SdTree {
   // Positions outside the bounds belong to the nearest leaf.
   uint32_t LeafAt(Vec3 p) const { return spatial_.LeafAt(p); }
 
-  // u in [0, 1)^2 with 24 bits. The density is never zero.
+  // u in [0, 1)^2 with 24 bits. The density is never zero (but for underflow).
   GuidedSample Sample(uint32_t leaf, Vec2 u) const {
     const DirectionalNode* const tree = Tree(leaf);
     const directional::Point point = directional::Sample(tree, u);
     const Vec3 w = CylindricalToDirection(point.square);
     if (!point.near_border) [[likely]] return {w, point.density};
-    // Near a border the direction may round into the next cell; the density is then of where it is, not of where it was meant to be.
-    const float pdf = Pdf(leaf, w);
-    if (pdf > 0) [[likely]] return {w, pdf};
-    const Vec3 center = CylindricalToDirection(point.center);
-    return {center, Pdf(leaf, center)};
+    // Near a border the direction may round into the next cell, which the tree means to reach with another density: over many samples
+    // that would bias what lies there. Such a sample moves to the middle of its cell, of which a direction's bits cannot miss.
+    if (Pdf(leaf, w) == point.density) [[likely]] return {w, point.density};
+    const Vec3 inner = CylindricalToDirection(point.inner);
+    return {inner, Pdf(leaf, inner)};
   }
   // w of unit length.
   float Pdf(uint32_t leaf, Vec3 w) const { return directional::Locate(Tree(leaf), DirectionToCylindrical(w)).density; }

@@ -25,7 +25,7 @@ struct SdTreeOptions {
   DirectionalFilter directional_filter = DirectionalFilter::kBox;
   BsdfFractionLoss bsdf_fraction_loss = BsdfFractionLoss::kKl;
   float initial_bsdf_fraction = 0.5f;  // within [0.05, 0.95]
-  float min_records = 32;              // a leaf with fewer records keeps its previous distribution; 1 is the papers' behaviour but for empty leaves
+  float min_records = 128;             // a leaf with fewer records keeps its previous distribution; 1 is the papers' behaviour but for empty leaves
   uint64_t max_nodes = uint64_t{1} << 22;  // of all directional trees together (16 bytes each, 64 more in every accumulator that touches them)
 
   static SdTreeOptions Paper2017();

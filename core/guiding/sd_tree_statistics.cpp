@@ -34,7 +34,7 @@ std::optional<SdTreeStatistics::Pending> SdTreeStatistics::Gate(const SdTreeReco
   const Vec2 square = DirectionToCylindrical(r.direction);
   // Past the float range the sum saturates and counts it.
   return Pending{std::min(r.radiance / r.pdf * tree_->radiance_scale(), std::numeric_limits<float>::max()), directional::ToInteger(square.x),
-                 directional::ToInteger(square.y), 0, 0};
+                 directional::ToInteger(square.y), 0};
 }
 
 void SdTreeStatistics::AddFraction(const SdTreeRecord& r) {
@@ -107,25 +107,21 @@ void SdTreeStatistics::RecordBatch(std::span<const SdTreeRecord> records, const 
     pending[count++] = *accepted;
   }
 
-  // 2. Find the slots and ask for them (the box filter's other slots are near more often than not).
-  const bool nearest = options.directional_filter == DirectionalFilter::kNearest;
+  // 2. Find the slots and ask for them.
   for (size_t i = 0; i < count; ++i) {
-    AddWeight(pending[i].leaf, kOneRecord);
+    const Pending& p = pending[i];
+    AddWeight(p.leaf, kOneRecord);
     AddFraction(records[source[i]]);
-    if (!nearest || !(pending[i].value > 0)) continue;
-    pending[i].slot = directional::Locate(tree_->Tree(pending[i].leaf), pending[i].x, pending[i].y).slot;
-    __builtin_prefetch(&slots_[size_t{tree_->leaf(pending[i].leaf).first_node} * 4 + pending[i].slot], 1);
+    if (p.value > 0) AddDirectional(p.leaf, p.x, p.y, p.value);
   }
 
   // 3. Add.
-  for (size_t i = 0; i < count; ++i) {
-    if (!(pending[i].value > 0)) continue;
-    if (nearest) {
-      AddSlot(pending[i].leaf, pending[i].slot, pending[i].value);
-    } else {
-      AddDirectional(pending[i].leaf, pending[i].x, pending[i].y, pending[i].value);
-    }
-  }
+  FlushAdditions();
+}
+
+void SdTreeStatistics::FlushAdditions() {
+  for (const Addition& addition : additions_) counts_.saturated += !slots_[addition.slot].Add(addition.value);
+  additions_.clear();
 }
 
 void SdTreeStatistics::Record(const SdTreeRecord& record, Vec3 u_spatial) { RecordBatch({&record, 1}, &u_spatial); }

@@ -76,7 +76,10 @@ class SdTreeStatistics {
     float value;  // scaled radiance / pdf
     uint32_t x, y;
     uint32_t leaf;
-    uint32_t slot;
+  };
+  struct Addition {
+    size_t slot;
+    float value;
   };
   // Nothing for a record that is left out, which is counted.
   std::optional<Pending> Gate(const SdTreeRecord& record);
@@ -86,9 +89,13 @@ class SdTreeStatistics {
     Touch(leaf);
     leaves_[leaf].weight += weight;
   }
+  // Notes an addition and asks for its memory; FlushAdditions makes it.
   void AddSlot(uint32_t leaf, uint32_t slot, float value) {
-    counts_.saturated += !slots_[size_t{tree_->leaf(leaf).first_node} * 4 + slot].Add(value);
+    const size_t index = size_t{tree_->leaf(leaf).first_node} * 4 + slot;
+    __builtin_prefetch(&slots_[index], 1);
+    additions_.push_back({index, value});
   }
+  void FlushAdditions();
   void AddDirectional(uint32_t leaf, uint32_t x, uint32_t y, float value);
   uint32_t FilteredLeaf(const SdTreeRecord& record, Vec3 u) const;
   void AddBox(const SdTreeRecord& record, const Pending& pending);
@@ -107,6 +114,7 @@ class SdTreeStatistics {
   ZeroPages<LeafSums> leaves_;
   std::vector<uint64_t> touched_;
   Counts counts_;
+  std::vector<Addition> additions_;  // of the batch at hand; empty between calls
 };
 
 }  // namespace lodestar
