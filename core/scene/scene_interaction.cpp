@@ -14,8 +14,8 @@ void ToWorld(const Instance& instance, Vec3 tangent, bool needs_tangent, Surface
   const Vec3 p = si->p;
   si->p = ToVec3(instance.world_from_group.Point(p.x, p.y, p.z));
   const auto normal = [&instance](Vec3 n) { return Normalize(ToVec3(instance.group_from_world.Transposed(n.x, n.y, n.z))); };
-  si->ng = normal(si->ng);
   const Vec3 ns = normal(si->shading.n);
+  si->ng = FaceForward(normal(si->ng), ns);  // a stretch may tilt one past the other
   si->shading = needs_tangent ? Frame::FromNormalAndTangent(ns, ToVec3(instance.world_from_group.Vector(tangent.x, tangent.y, tangent.z))) : Frame::FromNormal(ns);
   // The ray is moved into the group in floats: both spaces' roundings count.
   si->offset = instance.stretch * si->offset + kPointFactor * (MaxAbs(si->p) + instance.stretch * MaxAbs(p)) + instance.ray_error;
