@@ -174,7 +174,7 @@ TEST(Instances, EqualFlattenedGeometry) {
   EXPECT_FALSE(b->needs().instances);
   EXPECT_NE(a->hash(), b->hash());
   int hits = 0, odd = 0;
-  for (int i = 0; i < 20000; ++i) {
+  for (int i = 0; i < 80000; ++i) {
     const Vec3 origin{random.Next1D() * 12 - 6, random.Next1D() * 12 - 6, random.Next1D() * 12 - 6};
     const Ray ray = test::Towards(origin, {random.Next1D() * 4 - 2, random.Next1D() * 6 - 2, random.Next1D() * 3});
     Hit ha, hb;
@@ -196,7 +196,7 @@ TEST(Instances, EqualFlattenedGeometry) {
     EXPECT_FALSE(met && ha.geometry == 0 && again.geometry == 0 && again.primitive == ha.primitive && again.instance == ha.instance);
   }
   EXPECT_GT(hits, 3000);
-  EXPECT_LT(odd, 10);
+  EXPECT_LT(odd, 40);
 }
 
 TEST(Instances, UsedOnceJoinsTheWorld) {
