@@ -1,8 +1,10 @@
 // The shapes of RPC as reactors of gRPC's callback API: no shape pins a thread while it waits. A reactor deletes itself when gRPC is done with it.
 #pragma once
 
+#include <grpcpp/server_context.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>

@@ -1,0 +1,81 @@
+#include "worker/job_cache.h"
+
+#include <algorithm>
+
+#include "core/base/log.h"
+#include "core/scene/pbrt_parser.h"
+
+namespace lodestar {
+namespace {
+
+std::string WithoutFolder(std::string text, const std::filesystem::path& folder) {
+  const std::string prefix = folder.string() + "/";
+  for (size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at)) text.erase(at, prefix.size());
+  return text;
+}
+
+}  // namespace
+
+LoadedJob::LoadedJob(JobDescription description, std::filesystem::path folder, CompiledJob compiled)
+    : description_(std::move(description)), folder_(std::move(folder)), compiled_(std::move(compiled)), method_(MakeMethod(description_.spec, compiled_.survey)) {}
+
+LoadedJob::~LoadedJob() {
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+std::shared_ptr<const State> LoadedJob::StateFor(const ContentHash& hash, WorkClient& client) {
+  std::lock_guard lock(states_mutex_);
+  for (const auto& [known, state] : states_) {
+    if (known == hash) return state;
+  }
+  auto state = method_->ParseState(client.FetchState(hash));
+  states_.emplace_front(hash, state);
+  if (states_.size() > 2) states_.pop_back();
+  return state;
+}
+
+std::optional<Contribution> LoadedJob::Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads, const StopToken& stop) {
+  if (unit.survey != compiled_.survey.Serialize()) {
+    throw Error(ErrorKind::kConflict, "this worker has compiled another scene than the one that was surveyed (hash " + compiled_.survey.scene_hash +
+                                          "): are its libraries of another version?");
+  }
+  if (!executor_) executor_ = std::make_unique<LocalExecutor>(compiled_.scene, description_.spec, *method_, threads);
+  return executor_->ExecuteNode(state, unit.round, unit.node, stop);
+}
+
+std::shared_ptr<LoadedJob> JobCache::Find(const ContentHash& description) {
+  std::lock_guard lock(mutex_);
+  for (auto it = jobs_.begin(); it != jobs_.end(); ++it) {
+    if (it->first != description) continue;
+    jobs_.splice(jobs_.begin(), jobs_, it);
+    return jobs_.front().second;
+  }
+  return nullptr;
+}
+
+std::shared_ptr<LoadedJob> JobCache::Load(const ContentHash& hash) {
+  if (auto job = Find(hash)) return job;
+  {
+    // Room first, so that two large scenes need not fit beside each other.
+    std::lock_guard lock(mutex_);
+    while (jobs_.size() >= max_jobs_) jobs_.pop_back();
+  }
+  auto description = JobDescription::Parse(client_.FetchBytes(hash, kMaxSceneFiles * 1200));
+  auto folder = assets_.Materialise(description.scene, [&](const ContentHash& content, const std::filesystem::path& to) { client_.FetchAsset(content, to); });
+  try {
+    const auto scene = ParsePbrtFile(folder / description.scene.main);
+    auto compiled = CompileJob(scene, description.spec);
+    spdlog::info("compiled {}: {}", description.scene.main, compiled.survey.needs);
+    auto job = std::make_shared<LoadedJob>(std::move(description), folder, std::move(compiled));
+    std::lock_guard lock(mutex_);
+    jobs_.emplace_front(hash, job);
+    return job;
+  } catch (const Error& error) {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
+    throw Error(error.kind(), WithoutFolder(error.what(), folder));
+  }
+}
+
+}  // namespace lodestar

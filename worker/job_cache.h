@@ -1,0 +1,51 @@
+// Jobs that this worker can render: scenes compiled, methods made, states parsed; least recently used out first.
+#pragma once
+
+#include <list>
+#include <memory>
+#include <mutex>
+
+#include "core/tracing/local_executor.h"
+#include "rpc/work_client.h"
+#include "worker/asset_cache.h"
+
+namespace lodestar {
+
+// A job with its scene compiled.
+class LoadedJob {
+ public:
+  LoadedJob(JobDescription description, std::filesystem::path folder, CompiledJob compiled);
+  ~LoadedJob();
+  const Survey& survey() const { return compiled_.survey; }
+  // The last two states are kept: a lease of the next iteration is prepared while one of the last still runs.
+  std::shared_ptr<const State> StateFor(const ContentHash& hash, WorkClient& client);
+  std::optional<Contribution> Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads, const StopToken& stop);
+
+ private:
+  const JobDescription description_;
+  const std::filesystem::path folder_;  // textures may be read late
+  const CompiledJob compiled_;
+  const std::unique_ptr<Method> method_;
+  std::unique_ptr<LocalExecutor> executor_;
+  std::mutex states_mutex_;
+  std::list<std::pair<ContentHash, std::shared_ptr<const State>>> states_;
+};
+
+class JobCache {
+ public:
+  JobCache(AssetCache& assets, WorkClient& client, size_t max_jobs) : assets_(assets), client_(client), max_jobs_(max_jobs) {}
+  // Compiles where it must (in this process; isolation in a child under limits is a later step). Throws Error: messages about the scene name its
+  // files as the client knows them; UnreachableError while the coordinator is away.
+  std::shared_ptr<LoadedJob> Load(const ContentHash& description);
+  // Nothing where it is not loaded.
+  std::shared_ptr<LoadedJob> Find(const ContentHash& description);
+
+ private:
+  AssetCache& assets_;
+  WorkClient& client_;
+  const size_t max_jobs_;
+  std::mutex mutex_;
+  std::list<std::pair<ContentHash, std::shared_ptr<LoadedJob>>> jobs_;  // the last used first
+};
+
+}  // namespace lodestar

@@ -1,0 +1,80 @@
+// A worker: leases units, renders them, delivers what came out. Four threads: one asks for the next lease and fetches its state while the
+// current one renders; one renders (on as many threads as it may use); one delivers; one keeps the leases alive and hears which to give up.
+//
+// It may be killed at any time; whatever it held is rendered by others. While its coordinator is away it tries again, for ever.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <map>
+#include <thread>
+
+#include "rpc/retry.h"
+#include "worker/job_cache.h"
+
+namespace lodestar {
+
+class Worker {
+ public:
+  struct Options {
+    std::string coordinator;       // HOST:PORT
+    int threads = 0;               // 0: UsableThreads()
+    std::filesystem::path cache;
+    uint64_t cache_bytes = uint64_t{20} << 30;
+    size_t max_scenes = 4;         // compiled, in memory
+    std::string name;              // "": host:pid
+  };
+  explicit Worker(const Options& options);
+  ~Worker();
+
+  // Runs until drained; throws ProtocolError where the coordinator is of another release.
+  void Run();
+  // Finishes and delivers the unit at hand, gives back the others, and lets Run return. From any thread.
+  void Drain();
+
+ private:
+  struct Held {
+    LeasedUnit unit;
+    std::shared_ptr<StopToken> stop = std::make_shared<StopToken>();
+  };
+  struct Delivery {
+    LeasedUnit unit;
+    ContributionHeader header;
+    Contribution contribution;
+  };
+  void FetchLoop();
+  void RenderLoop();
+  void DeliverLoop();
+  void KeepLoop();
+  void Survey(const Held& held);
+  void Render(const Held& held);
+  void Fail(const Held& held, UnitFailure::Kind kind, const std::string& message);
+  // Repeats until it was answered, the unit is void, or this worker gives up at its end.
+  void Persistently(const StopToken* stop, const std::function<void()>& call);
+  void Release(LeaseId lease);
+  WorkerId Id();                      // registers where needed
+  void Forget(const WorkerId& id);    // that incarnation is unknown to the coordinator
+  void Fatal(std::exception_ptr error);
+
+  const Options options_;
+  const WorkerInfo info_;
+  WorkClient leasing_, working_, keeping_;  // of their own connections: cancelled at different times, and none waits behind another
+  AssetCache assets_;
+  JobCache jobs_;
+
+  std::mutex register_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  WorkerId id_;
+  Clock::Duration lease_duration_ = std::chrono::seconds(10);
+  std::deque<Held> ready_;
+  std::deque<Delivery> deliveries_;
+  std::map<LeaseId, std::shared_ptr<StopToken>> held_;
+  bool draining_ = false, fetched_ = false, rendered_ = false, delivered_ = false;
+  StopToken drain_, abandon_;
+  std::exception_ptr fatal_;
+};
+
+}  // namespace lodestar
