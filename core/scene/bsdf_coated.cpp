@@ -96,7 +96,9 @@ Bsdf::CoatState Bsdf::CoatAt(Vec3 wo) const {
   CoatState state;
   // The table stands in for the flat interface too: it differs by 1e-4 and spares an exponential and a Fresnel term.
   state.transmittance = CoatTransmittance(wo.z);
-  state.reflectance = coat_flat_ ? FresnelDielectric(wo.z, eta_).reflectance : std::max(1 - state.transmittance, 0.0f);
+  state.reflectance = eta_ == 1    ? 0
+                      : coat_flat_ ? FresnelDielectric(wo.z, eta_).reflectance
+                                   : std::max(1 - state.transmittance, 0.0f);
   const float lobe = state.reflectance;
   const float base = state.transmittance * base_energy_;
   state.lobe_probability = lobe > 0 ? lobe / (lobe + base) : 0;

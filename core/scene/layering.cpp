@@ -113,7 +113,8 @@ CoatTable::CoatTable(float eta, float thickness) : eta_(eta), thickness_(thickne
     // An interface without contrast has no lobes to widen.
     const bool flat = row == 0 || eta == 1;
     for (int i = 0; i < kMus; ++i) {
-      const float mu = std::max(static_cast<float>(i) / (kMus - 1), 1e-4f);
+      // Fresnel closes a flat interface at mu = 0, unless there is no contrast.
+      const float mu = std::max(static_cast<float>(i) / (kMus - 1), flat && eta != 1 ? 0 : 1e-4f);
       transmittance_[row * kMus + i] =
           flat ? FlatTransmittance(mu, eta, thickness) : RoughTransmittance(mu, alpha, eta, thickness);
     }
