@@ -58,18 +58,24 @@ void CheckComparable(const Image& image, const Image& reference) {
   check(reference, "reference");
 }
 
-// Luminance averaged over each pixel's 3x3 neighbourhood (less at the border).
+// Luminance averaged over each pixel's 3x3 neighbourhood (less at the border), rows first.
 std::vector<double> SmoothedLuminance(const Image& image) {
-  std::vector<double> smoothed(image.pixels.size());
-  const auto w = static_cast<int64_t>(image.width), h = static_cast<int64_t>(image.height);
-  for (int64_t y = 0; y < h; ++y) {
-    for (int64_t x = 0; x < w; ++x) {
+  const size_t w = image.width, h = image.height;
+  std::vector<double> rows(w * h), smoothed(w * h);
+  for (size_t y = 0; y < h; ++y) {
+    for (size_t x = 0; x < w; ++x) {
       double sum = 0;
-      int count = 0;
-      for (int64_t v = std::max<int64_t>(y - 1, 0); v <= std::min(y + 1, h - 1); ++v) {
-        for (int64_t u = std::max<int64_t>(x - 1, 0); u <= std::min(x + 1, w - 1); ++u, ++count) sum += Luminance(image.pixels[v * w + u]);
-      }
-      smoothed[y * w + x] = sum / count;
+      const size_t first = x > 0 ? x - 1 : 0, last = std::min(x + 1, w - 1);
+      for (size_t u = first; u <= last; ++u) sum += Luminance(image.pixels[y * w + u]);
+      rows[y * w + x] = sum / static_cast<double>(last - first + 1);
+    }
+  }
+  for (size_t y = 0; y < h; ++y) {
+    const size_t first = y > 0 ? y - 1 : 0, last = std::min(y + 1, h - 1);
+    for (size_t x = 0; x < w; ++x) {
+      double sum = 0;
+      for (size_t v = first; v <= last; ++v) sum += rows[v * w + x];
+      smoothed[y * w + x] = sum / static_cast<double>(last - first + 1);
     }
   }
   return smoothed;

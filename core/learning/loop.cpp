@@ -15,8 +15,8 @@ constexpr double kUnknown = std::numeric_limits<double>::infinity();
 constexpr uint64_t kMinPassesForErrorStop = 16;
 // The same for the variances of iterations: from the fourth on (8 passes).
 constexpr uint32_t kMinIterationForAutomatic = 3;
-// Measuring takes time, and neighbouring points tell little: one for every two per cent more passes, about 200 in all.
-constexpr double kPointSpacing = 1.02;
+// Measuring takes time, and neighbouring points tell little: one for every five per cent more passes (two where the error ends the job), 200 in all.
+constexpr double kPointSpacing = 1.05, kPointSpacingByError = 1.02;
 constexpr size_t kMaxPoints = 200;
 constexpr uint32_t kMaxSide = 1 << 16;
 constexpr uint64_t kMaxPixels = uint64_t{1} << 28;
@@ -156,7 +156,8 @@ void Loop::DecideStop(const Round& round, double round_seconds, const Image* ref
   if (passes_ >= SppBudget()) finish("spp");
 
   const bool first = report_.points.empty();
-  const bool due = first || static_cast<double>(passes_) >= kPointSpacing * static_cast<double>(report_.points.back().spp);
+  const double spacing = job_.budget.error > 0 ? kPointSpacingByError : kPointSpacing;
+  const bool due = first || static_cast<double>(passes_) >= spacing * static_cast<double>(report_.points.back().spp);
   const bool measured = due || finished_ || iteration_complete_;
   if (measured) Measure(reference);
   if (finished_) return;
