@@ -1,0 +1,171 @@
+#include "coordinator/lease_table.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+namespace lodestar {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+const WorkerId kAnn{"ann"}, kBob{"bob"}, kCid{"cid"};
+
+struct LeaseTableTest : testing::Test {
+  ManualClock clock;
+  LeaseTable::Options options;
+  uint64_t last = 0;
+  LeaseId Next() { return {++last}; }
+};
+
+TEST_F(LeaseTableTest, GrantsAlignedBlocksFromBelow) {
+  LeaseTable table(20, options, clock);
+  const auto a = table.Grant(Next(), kAnn, 8);
+  ASSERT_TRUE(a);
+  EXPECT_EQ(a->node, (TreeNode{3, 0}));
+  EXPECT_EQ(table.Grant(Next(), kBob, 8)->node, (TreeNode{3, 1}));
+  // The rest, 16 to 19, is cut by the round's end: a block of level 2, though three levels up would also be free.
+  const auto c = table.Grant(Next(), kAnn, 4);
+  EXPECT_EQ(c->node, (TreeNode{2, 4}));
+  EXPECT_EQ(table.free_units(), 0u);
+  EXPECT_FALSE(table.Grant(Next(), kBob, 8));
+}
+
+TEST_F(LeaseTableTest, ExpiryFreesAndRenewalKeeps) {
+  LeaseTable table(8, options, clock);
+  const auto a = table.Grant(Next(), kAnn, 4), b = table.Grant(Next(), kBob, 4);
+  clock.Advance(seconds(6));
+  EXPECT_TRUE(table.Renew(a->id, kAnn));
+  EXPECT_FALSE(table.Renew(a->id, kBob)) << "somebody else's lease";
+  clock.Advance(seconds(5));
+  const auto expired = table.Expire();
+  ASSERT_EQ(expired.size(), 1u);
+  EXPECT_EQ(expired[0].id, b->id);
+  EXPECT_FALSE(table.Renew(b->id, kBob));
+  EXPECT_EQ(table.Grant(Next(), kCid, 8)->node, b->node) << "re-leased";
+}
+
+TEST_F(LeaseTableTest, CommitsVoidWhatTheyCover) {
+  LeaseTable table(8, options, clock);
+  const auto a = table.Grant(Next(), kAnn, 2), b = table.Grant(Next(), kBob, 2);
+  EXPECT_TRUE(table.Commit({2, 0}).size() == 2) << "an ancestor covers both";
+  EXPECT_TRUE(table.Covered(a->node) && table.Covered(b->node));
+  EXPECT_TRUE(table.leases().empty());
+  EXPECT_TRUE(table.Commit({2, 0}).empty()) << "a repetition changes nothing";
+  EXPECT_EQ(table.free_units(), 4u);
+  EXPECT_FALSE(table.complete());
+  table.Commit({2, 1});
+  EXPECT_TRUE(table.complete());
+}
+
+TEST_F(LeaseTableTest, LateResultsCountWithoutALease) {
+  LeaseTable table(4, options, clock);
+  const auto a = table.Grant(Next(), kAnn, 4);
+  clock.Advance(seconds(11));
+  table.Expire();
+  const auto b = table.Grant(Next(), kBob, 2);  // of the lower half
+  const auto voided = table.Commit(a->node);    // Ann's comes after all
+  ASSERT_EQ(voided.size(), 1u);
+  EXPECT_EQ(voided[0].id, b->id);
+  EXPECT_TRUE(table.complete());
+}
+
+TEST_F(LeaseTableTest, WindowHoldsEarlyResultsFew) {
+  options.window = 8;
+  LeaseTable table(64, options, clock);
+  const auto first = table.Grant(Next(), kAnn, 4);
+  EXPECT_EQ(table.Grant(Next(), kBob, 4)->node.first(), 4u);
+  EXPECT_FALSE(table.Grant(Next(), kBob, 4)) << "eight units above the lowest hole";
+  table.Commit({2, 1});
+  EXPECT_FALSE(table.Grant(Next(), kBob, 4)) << "the hole is still the first";
+  table.Commit(first->node);
+  EXPECT_EQ(table.Grant(Next(), kBob, 4)->node.first(), 8u);
+}
+
+TEST_F(LeaseTableTest, ByteBudgetHoldsResultsBack) {
+  options.byte_budget = 1000;
+  LeaseTable table(64, options, clock);
+  table.set_bytes_per_unit(150);
+  EXPECT_TRUE(table.Grant(Next(), kAnn, 4));
+  EXPECT_TRUE(table.Grant(Next(), kAnn, 4));
+  EXPECT_FALSE(table.Grant(Next(), kBob, 4)) << "eight units are out";
+  table.Commit({2, 0});
+  EXPECT_TRUE(table.Grant(Next(), kBob, 4));
+  // One lease always goes out, whatever it weighs.
+  LeaseTable heavy(4, options, clock);
+  heavy.set_bytes_per_unit(1e9);
+  EXPECT_TRUE(heavy.Grant(Next(), kAnn, 1));
+}
+
+TEST_F(LeaseTableTest, StragglersAreSplitAndDoubled) {
+  LeaseTable table(8, options, clock);
+  const auto a = table.Grant(Next(), kAnn, 8);
+  ASSERT_EQ(a->node, (TreeNode{3, 0}));
+  // Expected: 8 units of 0.1 s. Not a straggler before three times that and the grace.
+  clock.Advance(seconds(2));
+  EXPECT_FALSE(table.GrantCopy(Next(), kBob, 0.1));
+  clock.Advance(seconds(1));
+  EXPECT_FALSE(table.GrantCopy(Next(), kAnn, 0.1)) << "nobody doubles himself";
+  const auto upper = table.GrantCopy(Next(), kBob, 0.1), lower = table.GrantCopy(Next(), kCid, 0.1);
+  ASSERT_TRUE(upper && lower);
+  EXPECT_EQ(upper->node, (TreeNode{2, 1}));
+  EXPECT_EQ(lower->node, (TreeNode{2, 0}));
+  EXPECT_FALSE(table.GrantCopy(Next(), WorkerId{"dan"}, 0.1)) << "two copies of a unit are enough";
+  EXPECT_EQ(table.Commit(upper->node).size(), 1u) << "the straggler still holds the lower half";
+  EXPECT_EQ(table.Commit(lower->node).size(), 2u) << "now it has nothing left to do";
+  EXPECT_TRUE(table.complete());
+}
+
+TEST_F(LeaseTableTest, RandomHistoriesEndCompleteAndConsistent) {
+  for (uint32_t seed = 0; seed < 50; ++seed) {
+    std::mt19937 random(seed);
+    const uint32_t count = 1 + random() % 200;
+    options.window = 16 + random() % 100;
+    LeaseTable table(count, options, clock);
+    std::vector<bool> covered(count, false);
+    const WorkerId workers[] = {kAnn, kBob, kCid};
+    int steps = 0;
+    while (!table.complete() && ++steps < 20000) {
+      const WorkerId& worker = workers[random() % 3];
+      switch (random() % 5) {
+        case 0: table.Grant(Next(), worker, 1 + random() % 16); break;
+        case 1: table.GrantCopy(Next(), worker, 0.001); break;
+        case 2: clock.Advance(milliseconds(random() % 3000)); break;
+        case 3: table.Expire(); break;
+        default:
+          if (table.leases().empty()) break;
+          auto it = table.leases().begin();
+          std::advance(it, random() % table.leases().size());
+          if (random() % 4 == 0) {
+            table.Release(it->first);
+          } else {
+            const TreeNode node = it->second.node;
+            for (uint32_t u = node.first(); u < node.end(count); ++u) covered[u] = true;
+            table.Commit(node);
+          }
+      }
+      for (const auto& [id, lease] : table.leases()) ASSERT_FALSE(table.Covered(lease.node));
+    }
+    ASSERT_TRUE(table.complete()) << "seed " << seed;
+    EXPECT_EQ(std::count(covered.begin(), covered.end(), false), 0);
+    EXPECT_TRUE(table.leases().empty());
+    EXPECT_EQ(table.free_units(), 0u);
+  }
+}
+
+TEST(LeaseUnits, SharesARoundAndShrinksTowardItsEnd) {
+  const LeaseSizing sizing;
+  const uint32_t early = LeaseUnits(sizing, 1024, 1024, 2, 0.001, false), late = LeaseUnits(sizing, 100, 1024, 2, 0.001, false);
+  EXPECT_GE(1024u / early, 2u * 4);
+  EXPECT_LE(1024u / early, 2u * 10);
+  EXPECT_LT(late, early);
+  EXPECT_GE(late, 16u) << "not below the shortest worth its transfer";
+  EXPECT_GE(LeaseUnits(sizing, 100, 1024, 2, 0.001, true), late) << "where more follows there is no tail to be short for";
+  EXPECT_LE(LeaseUnits(sizing, 1000, 1000, 1, 60.0, false), 1u) << "a unit of a minute goes out alone";
+  EXPECT_EQ(LeaseUnits(sizing, 1, 1, 500, 0, false), 1u);
+}
+
+}  // namespace
+}  // namespace lodestar
