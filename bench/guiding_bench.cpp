@@ -1,5 +1,6 @@
 // Cost of the SD-tree: lookup, sample and pdf; recording with each pair of filters; merging, the wire and advancing.
-// The trees are trained in the moving-lobes field of tests/guiding/synthetic.h to a few thousand leaves. Single-threaded.
+// The trees are trained in the moving-lobes field of tests/guiding/synthetic.h to a few thousand leaves.
+// Single-threaded.
 //   build/release/bin/guiding_bench
 #include <benchmark/benchmark.h>
 
@@ -44,7 +45,9 @@ std::shared_ptr<const SdTree> TreeOf(SpatialFilter spatial, DirectionalFilter di
   }
   return tree;
 }
-std::shared_ptr<const SdTree> DefaultTree() { return TreeOf(SpatialFilter::kStochastic, DirectionalFilter::kBox); }
+std::shared_ptr<const SdTree> DefaultTree() {
+  return TreeOf(SpatialFilter::kStochastic, DirectionalFilter::kBox);
+}
 
 struct Query {
   Vec3 position, direction;
@@ -103,8 +106,8 @@ void LookupSample(benchmark::State& state) {
 }
 BENCHMARK(LookupSample);
 
-// What a path vertex asks: the leaf, a sample with its density, and the density of the BSDF's direction. The next position waits for this
-// one's direction, as in a path.
+// What a path vertex asks: the leaf, a sample with its density, and the density of the BSDF's direction. The next
+// position waits for this one's direction, as in a path.
 void LookupSamplePdf(benchmark::State& state) {
   const auto tree = DefaultTree();
   const auto& queries = Queries();
@@ -134,7 +137,13 @@ void Record(benchmark::State& state) {
   Describe(state, *tree);
   state.SetItemsProcessed(state.iterations() * kPath);
 }
-BENCHMARK(Record)->ArgNames({"spatial", "directional"})->Args({0, 0})->Args({0, 1})->Args({1, 0})->Args({1, 1})->Args({2, 1});
+BENCHMARK(Record)
+    ->ArgNames({"spatial", "directional"})
+    ->Args({0, 0})
+    ->Args({0, 1})
+    ->Args({1, 0})
+    ->Args({1, 1})
+    ->Args({2, 1});
 
 SdTreeStatistics Recorded(std::shared_ptr<const SdTree> tree, size_t count) {
   SdTreeStatistics statistics(tree);
@@ -174,8 +183,10 @@ void Wire(benchmark::State& state) {
     bytes = statistics.Serialize();
     benchmark::DoNotOptimize(SdTreeStatistics::Parse(tree, bytes));
   }
-  state.counters["bytes_per_slot"] = static_cast<double>(bytes.size()) / static_cast<double>(statistics.touched_slots());
-  state.counters["zstd_bytes_per_slot"] = static_cast<double>(Compress(bytes).size()) / static_cast<double>(statistics.touched_slots());
+  state.counters["bytes_per_slot"] =
+      static_cast<double>(bytes.size()) / static_cast<double>(statistics.touched_slots());
+  state.counters["zstd_bytes_per_slot"] =
+      static_cast<double>(Compress(bytes).size()) / static_cast<double>(statistics.touched_slots());
 }
 BENCHMARK(Wire)->Unit(benchmark::kMillisecond);
 

@@ -7,9 +7,9 @@ namespace lodestar {
 float SolveBsdfFraction(const FractionSums& sums, float previous, double prior_records) {
   if (sums.count == 0) return previous;
   const double mean_weight = sums.weight.Value() / static_cast<double>(sums.count);
-  // h(alpha) = alpha (1 - alpha) dLoss/dalpha is linear in alpha where each direction is served by one technique only, and nearly so
-  // elsewhere; linear interpolation of h is then exact or close with eight points. The prior, a cross entropy towards `previous`, is
-  // linear in it as well.
+  // h(alpha) = alpha (1 - alpha) dLoss/dalpha is linear in alpha where each direction is served by one technique only,
+  // and nearly so elsewhere; linear interpolation of h is then exact or close with eight points. The prior, a cross
+  // entropy towards `previous`, is linear in it as well.
   std::array<double, kFractionGrid> h;
   for (int i = 0; i < kFractionGrid; ++i) {
     const double alpha = kFractionAlphas[i];

@@ -1,6 +1,7 @@
-// The learned share of BSDF sampling, alpha in p = alpha p_bsdf + (1 - alpha) p_tree, in a form that merges over workers
-// (docs/decisions/0003-bsdf-fraction.md). Instead of stepping alpha, each record adds the gradient of the loss (Mueller 2019, section 10.5)
-// at eight fixed alphas to exact sums; both losses are convex in alpha, so the gradients' sign change brackets the optimum.
+// The learned share of BSDF sampling, alpha in p = alpha p_bsdf + (1 - alpha) p_tree, in a form that merges over
+// workers (docs/decisions/0003-bsdf-fraction.md). Instead of stepping alpha, each record adds the gradient of the loss
+// (Mueller 2019, section 10.5) at eight fixed alphas to exact sums; both losses are convex in alpha, so the gradients'
+// sign change brackets the optimum.
 #pragma once
 
 #include <array>
@@ -12,16 +13,18 @@
 
 namespace lodestar {
 
-// Off 0, so that what the BSDF alone can reach keeps a weight of at most 20; off 1, so that the tree keeps learning from its own samples.
+// Off 0, so that what the BSDF alone can reach keeps a weight of at most 20; off 1, so that the tree keeps learning
+// from its own samples.
 inline constexpr float kMinBsdfFraction = 0.05f, kMaxBsdfFraction = 0.95f;
 
 inline constexpr int kFractionGrid = 8;
 // Evenly spaced in logit(alpha): the optimum matters most in ratio near the ends.
 inline constexpr std::array<double, kFractionGrid> kFractionAlphas = {0.05, 0.11, 0.22, 0.40, 0.60, 0.78, 0.89, 0.95};
 
-// Sums of one spatial leaf. Each gradient is rounded to 2^-30 and clamped to +-2^20 (in units of the scaled record, whose mean is about 1),
-// then added as an integer. Adding 1.5 * 2^52 to a double leaves the rounded integer in its low bits, biased by a constant; the two
-// halves of those bits are summed apart, so that 2^31 records fit, and `count` takes the bias off again.
+// Sums of one spatial leaf. Each gradient is rounded to 2^-30 and clamped to +-2^20 (in units of the scaled record,
+// whose mean is about 1), then added as an integer. Adding 1.5 * 2^52 to a double leaves the rounded integer in its low
+// bits, biased by a constant; the two halves of those bits are summed apart, so that 2^31 records fit, and `count`
+// takes the bias off again.
 struct FractionSums {
   std::array<uint64_t, kFractionGrid> low{}, high{};
   ExactSum weight;     // sum of the records' own weights: scales the prior
@@ -77,7 +80,8 @@ struct FractionSums {
   static constexpr double kMagic = 0x1.8p52;
 };
 
-// The minimiser of the summed loss plus a prior that counts as `prior_records` records which found `previous` to be right.
+// The minimiser of the summed loss plus a prior that counts as `prior_records` records which found `previous` to be
+// right.
 float SolveBsdfFraction(const FractionSums& sums, float previous, double prior_records);
 
 }  // namespace lodestar

@@ -26,7 +26,8 @@ class Builder {
   }
 
  private:
-  // Appends a node at `depth` with the children's masses and then its subtrees. `old` is the node's index in the old tree, if it existed.
+  // Appends a node at `depth` with the children's masses and then its subtrees. `old` is the node's index in the old
+  // tree, if it existed.
   uint32_t Emit(uint32_t old, bool existed, const std::array<double, 4>& mass, int depth) {
     const uint32_t index = static_cast<uint32_t>(tree_.nodes.size());
     tree_.nodes.emplace_back();
@@ -64,7 +65,8 @@ std::array<int, 4> LikeliestFirst(const DirectionalNode& node) {
   return order;
 }
 
-Tree Rebuild(const DirectionalNode* nodes, uint32_t node_count, std::vector<double> masses, double flux_threshold, int max_depth) {
+Tree Rebuild(const DirectionalNode* nodes, uint32_t node_count, std::vector<double> masses, double flux_threshold,
+             int max_depth) {
   // Children come after their parents, so one sweep from the end sums every inner node.
   for (uint32_t node = node_count; node-- > 0;) {
     for (uint32_t c = 0; c < 4; ++c) {

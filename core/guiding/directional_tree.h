@@ -1,11 +1,14 @@
-// One D-tree: a quadtree over the cylindrical equal-area square (cos theta + 1) / 2, phi / 2 pi (Mueller et al. 2017, section 3.1).
+// One D-tree: a quadtree over the cylindrical equal-area square (cos theta + 1) / 2, phi / 2 pi (Mueller et al. 2017,
+// section 3.1).
 //
-// A tree is a run of nodes, root first; all functions take a pointer to the root. Child c = x + 2 y, x the half in cos theta, y the half
-// in phi. A slot is 4 node + c: what a cell is recorded under, too. Nodes are laid out depth first, likeliest child first, so that the
-// descents that are made most often run along consecutive cache lines; four nodes share one line.
+// A tree is a run of nodes, root first; all functions take a pointer to the root. Child c = x + 2 y, x the half in cos
+// theta, y the half in phi. A slot is 4 node + c: what a cell is recorded under, too. Nodes are laid out depth first,
+// likeliest child first, so that the descents that are made most often run along consecutive cache lines; four nodes
+// share one line.
 //
-// Probabilities are integers of 15 bits, conditional: that of the lower half in cos theta, then that of the lower half in phi given the
-// former. So each node is a distribution exactly, whatever its bits, and a descent is integer arithmetic without rounding to guard against.
+// Probabilities are integers of 15 bits, conditional: that of the lower half in cos theta, then that of the lower half
+// in phi given the former. So each node is a distribution exactly, whatever its bits, and a descent is integer
+// arithmetic without rounding to guard against.
 #pragma once
 
 #include <algorithm>
@@ -21,9 +24,9 @@ namespace lodestar {
 
 struct alignas(16) DirectionalNode {
   static constexpr uint32_t kOne = 1 << 15;
-  uint16_t left = kOne / 2;                            // P(x half 0) * kOne
+  uint16_t left = kOne / 2;                              // P(x half 0) * kOne
   std::array<uint16_t, 2> lower = {kOne / 2, kOne / 2};  // P(y half 0 | x half) * kOne
-  std::array<uint16_t, 4> child = {0, 0, 0, 0};        // index in the tree's run; 0: none, the child is a cell
+  std::array<uint16_t, 4> child = {0, 0, 0, 0};          // index in the tree's run; 0: none, the child is a cell
   uint16_t unused = 0;
 
   // P(child) * 2^30.
@@ -49,7 +52,9 @@ struct Cell {
   float density;  // 1 / sr
 };
 
-inline uint32_t ToInteger(float coordinate) { return static_cast<uint32_t>(coordinate * static_cast<float>(1 << kBits)); }
+inline uint32_t ToInteger(float coordinate) {
+  return static_cast<uint32_t>(coordinate * static_cast<float>(1 << kBits));
+}
 
 inline Cell Locate(const DirectionalNode* nodes, uint32_t x, uint32_t y) {
   float density = kUniformSpherePdf;
@@ -62,7 +67,9 @@ inline Cell Locate(const DirectionalNode* nodes, uint32_t x, uint32_t y) {
     node = child;
   }
 }
-inline Cell Locate(const DirectionalNode* nodes, Vec2 square) { return Locate(nodes, ToInteger(square.x), ToInteger(square.y)); }
+inline Cell Locate(const DirectionalNode* nodes, Vec2 square) {
+  return Locate(nodes, ToInteger(square.x), ToInteger(square.y));
+}
 
 // Fetches the lines that most descents run along, all at once instead of one after the other.
 inline void Prefetch(const DirectionalNode* nodes) {
@@ -76,12 +83,14 @@ struct Point {
   Vec2 inner;        // another point of the cell, uniform in its central half, for where `square` rounds out of it
 };
 
-// How far DirectionToCylindrical(CylindricalToDirection(s)) strays from s at most, with a factor of two to spare (tests/guiding).
+// How far DirectionToCylindrical(CylindricalToDirection(s)) strays from s at most, with a factor of two to spare
+// (tests/guiding).
 inline constexpr float kRoundTrip = 5e-7f;
 
-// Hierarchical warping: u.x chooses the halves in cos theta, u.y those in phi given the former, so stratified u stay stratified. Each is an
-// integer within a range that narrows as in arithmetic decoding: x < range always holds, so a half of probability zero is never
-// entered. u has 24 bits; a hash fills 24 more, which a deep descent would otherwise find empty.
+// Hierarchical warping: u.x chooses the halves in cos theta, u.y those in phi given the former, so stratified u stay
+// stratified. Each is an integer within a range that narrows as in arithmetic decoding: x < range always holds, so a
+// half of probability zero is never entered. u has 24 bits; a hash fills 24 more, which a deep descent would otherwise
+// find empty.
 inline Point Sample(const DirectionalNode* nodes, Vec2 u) {
   const uint64_t ux = ToInteger(u.x), uy = ToInteger(u.y);
   const uint64_t low = ((ux << 32) | uy) * 0x9e3779b97f4a7c15ULL;
@@ -93,9 +102,10 @@ inline Point Sample(const DirectionalNode* nodes, Vec2 u) {
   Prefetch(nodes);
   do {
     const DirectionalNode& n = nodes[node];
-    // Masks, not branches: the outcomes are random by design. Both columns' decisions in y are made while that in x is, which
-    // leaves one multiplication and comparison between a node and its child.
-    const uint64_t x_split = (x_range * n.left) >> 15, y_split0 = (y_range * n.lower[0]) >> 15, y_split1 = (y_range * n.lower[1]) >> 15;
+    // Masks, not branches: the outcomes are random by design. Both columns' decisions in y are made while that in x is,
+    // which leaves one multiplication and comparison between a node and its child.
+    const uint64_t x_split = (x_range * n.left) >> 15, y_split0 = (y_range * n.lower[0]) >> 15,
+                   y_split1 = (y_range * n.lower[1]) >> 15;
     uint64_t children;
     std::memcpy(&children, n.child.data(), sizeof(children));
     const uint64_t by0 = y >= y_split0, by1 = y >= y_split1;
@@ -121,19 +131,22 @@ inline Point Sample(const DirectionalNode* nodes, Vec2 u) {
   return {{std::min((cx + fx) * size, kOneMinusEpsilon), std::min((cy + fy) * size, kOneMinusEpsilon)},
           density,
           !(margin > kRoundTrip),
-          {(cx + 0.25f + 0x1p-9f * static_cast<float>(low & 0xff)) * size, (cy + 0.25f + 0x1p-9f * static_cast<float>((low >> 8) & 0xff)) * size}};
+          {(cx + 0.25f + 0x1p-9f * static_cast<float>(low & 0xff)) * size,
+           (cy + 0.25f + 0x1p-9f * static_cast<float>((low >> 8) & 0xff)) * size}};
 }
 
 namespace detail {
 
-// Adds the part of the cell-sized square at (from_x, from_y) that the rectangle covers, where the tree is finer than it.
+// Adds the part of the cell-sized square at (from_x, from_y) that the rectangle covers, where the tree is finer than
+// it.
 template <class Add>
-void Splat(const DirectionalNode* nodes, uint32_t node, uint32_t node_x, uint32_t node_y, int shift, const std::array<uint32_t, 4>& r,
-           float scale, Add& add) {
+void Splat(const DirectionalNode* nodes, uint32_t node, uint32_t node_x, uint32_t node_y, int shift,
+           const std::array<uint32_t, 4>& r, float scale, Add& add) {
   const uint32_t half = uint32_t{1} << shift;
   for (uint32_t c = 0; c < 4; ++c) {
     const uint32_t cx = node_x + (c & 1 ? half : 0), cy = node_y + (c & 2 ? half : 0);
-    const uint32_t x0 = std::max(cx, r[0]), x1 = std::min(cx + half, r[2]), y0 = std::max(cy, r[1]), y1 = std::min(cy + half, r[3]);
+    const uint32_t x0 = std::max(cx, r[0]), x1 = std::min(cx + half, r[2]), y0 = std::max(cy, r[1]),
+                   y1 = std::min(cy + half, r[3]);
     if (x0 >= x1 || y0 >= y1) continue;
     if (nodes[node].child[c] != 0) {
       Splat(nodes, nodes[node].child[c], cx, cy, shift - 1, r, scale, add);
@@ -145,18 +158,20 @@ void Splat(const DirectionalNode* nodes, uint32_t node, uint32_t node_x, uint32_
 
 }  // namespace detail
 
-// Calls add(slot, share) for every cell under a footprint of the size of `cell` around (x, y), which lies in it. A slot can come more than
-// once. The footprint wraps around in phi; at the poles it is moved inside, so the shares always sum to 1.
+// Calls add(slot, share) for every cell under a footprint of the size of `cell` around (x, y), which lies in it. A slot
+// can come more than once. The footprint wraps around in phi; at the poles it is moved inside, so the shares always sum
+// to 1.
 template <class Add>
 void ForFootprint(const DirectionalNode* nodes, uint32_t x, uint32_t y, const Cell& cell, Add&& add) {
   constexpr uint32_t kEnd = uint32_t{1} << kBits;
   const uint32_t size = kEnd >> cell.depth, low = size - 1;
   const float scale = 1 / (static_cast<float>(size) * static_cast<float>(size));  // a power of two
   const uint32_t x0 = std::min(x - std::min(x, size / 2), kEnd - size), y0 = (y - size / 2) & (kEnd - 1);
-  // The footprint covers parts of up to four squares of its own size on the grid. Each is within one cell, or is a node whose subtree
-  // is walked.
+  // The footprint covers parts of up to four squares of its own size on the grid. Each is within one cell, or is a node
+  // whose subtree is walked.
   for (uint32_t quarter = 0; quarter < 4; ++quarter) {
-    const uint32_t square_x = (x0 & ~low) + (quarter & 1 ? size : 0), square_y = ((y0 & ~low) + (quarter & 2 ? size : 0)) & (kEnd - 1);
+    const uint32_t square_x = (x0 & ~low) + (quarter & 1 ? size : 0),
+                   square_y = ((y0 & ~low) + (quarter & 2 ? size : 0)) & (kEnd - 1);
     const uint32_t from_x = quarter & 1 ? 0 : x0 & low, from_y = quarter & 2 ? 0 : y0 & low;
     const uint32_t to_x = quarter & 1 ? x0 & low : size, to_y = quarter & 2 ? y0 & low : size;
     if (from_x >= to_x || from_y >= to_y) continue;
@@ -175,16 +190,16 @@ void ForFootprint(const DirectionalNode* nodes, uint32_t x, uint32_t y, const Ce
       }
       node = child;
       if (shift == kBits - cell.depth) {
-        detail::Splat(nodes, node, square_x, square_y, shift - 1, {square_x + from_x, square_y + from_y, square_x + to_x, square_y + to_y}, scale,
-                      add);
+        detail::Splat(nodes, node, square_x, square_y, shift - 1,
+                      {square_x + from_x, square_y + from_y, square_x + to_x, square_y + to_y}, scale, add);
         break;
       }
     }
   }
 }
 
-// The order in which a node's subtrees are laid out: by probability, ties by index. A function of the stored integers alone, so that the
-// serial form needs no links.
+// The order in which a node's subtrees are laid out: by probability, ties by index. A function of the stored integers
+// alone, so that the serial form needs no links.
 std::array<int, 4> LikeliestFirst(const DirectionalNode& node);
 
 struct Tree {
@@ -192,9 +207,11 @@ struct Tree {
   int depth = 0;
 };
 
-// The tree of the next iteration. `masses` are per slot of `nodes`. A cell above `flux_threshold` of the total splits, its
-// children a quarter each, recursively; an inner node with no more becomes a cell. Total > 0, masses finite and not negative.
-Tree Rebuild(const DirectionalNode* nodes, uint32_t node_count, std::vector<double> masses, double flux_threshold, int max_depth);
+// The tree of the next iteration. `masses` are per slot of `nodes`. A cell above `flux_threshold` of the total splits,
+// its children a quarter each, recursively; an inner node with no more becomes a cell. Total > 0, masses finite and not
+// negative.
+Tree Rebuild(const DirectionalNode* nodes, uint32_t node_count, std::vector<double> masses, double flux_threshold,
+             int max_depth);
 
 }  // namespace directional
 }  // namespace lodestar

@@ -24,7 +24,8 @@ std::shared_ptr<const SdTree> SdTree::Initial(const Bounds3& bounds, const SdTre
   options.Validate();
   const float size = MaxComponent(bounds.Diagonal());
   if (bounds.empty() || !IsFinite(bounds.min) || !std::isfinite(size) || size > 1e30f) {
-    throw Error(ErrorKind::kInvalidInput, "the SD-tree needs bounds that are finite, not empty and below 1e30 in extent");
+    throw Error(ErrorKind::kInvalidInput,
+                "the SD-tree needs bounds that are finite, not empty and below 1e30 in extent");
   }
   SdTreeParts parts;
   parts.options = options;
@@ -58,7 +59,9 @@ SdTree::SdTree(SdTreeParts parts)
   for (const SdTreeLeaf& leaf : leaves_) {
     LODESTAR_CHECK(uint64_t{leaf.first_node} + leaf.node_count <= nodes_.size());
     hash = Mix64(hash ^ ((uint64_t{leaf.node_count} << 32) | std::bit_cast<uint32_t>(leaf.bsdf_fraction)));
-    hash = Mix64(hash ^ ((uint64_t{std::bit_cast<uint32_t>(leaf.records)} << 32) | std::bit_cast<uint32_t>(leaf.mean_flux)) ^ leaf.learned);
+    hash = Mix64(hash ^
+                 ((uint64_t{std::bit_cast<uint32_t>(leaf.records)} << 32) | std::bit_cast<uint32_t>(leaf.mean_flux)) ^
+                 leaf.learned);
   }
   fingerprint_ = HashBytes(hash, nodes_.data(), nodes_.size() * sizeof(DirectionalNode));
 }

@@ -1,9 +1,10 @@
-// The SD-tree: where light comes from, over space and direction (Mueller et al. 2017, "Practical Path Guiding for Efficient Light-Transport
-// Simulation"). An immutable state: every worker of an iteration samples from the same bits and records into SdTreeStatistics;
-// Advance() makes the next one.
+// The SD-tree: where light comes from, over space and direction (Mueller et al. 2017, "Practical Path Guiding for
+// Efficient Light-Transport Simulation"). An immutable state: every worker of an iteration samples from the same bits
+// and records into SdTreeStatistics; Advance() makes the next one.
 //
-// Each spatial leaf owns a D-tree, whose one topology carries both the sampling probabilities and the slots that are recorded into
-// (docs/decisions/0002-exact-sums.md). Directions and densities are in the space of the positions; densities per steradian.
+// Each spatial leaf owns a D-tree, whose one topology carries both the sampling probabilities and the slots that are
+// recorded into (docs/decisions/0002-exact-sums.md). Directions and densities are in the space of the positions;
+// densities per steradian.
 #pragma once
 
 #include <memory>
@@ -35,7 +36,7 @@ struct SdTreeParts {
   Vec3 corner;
   float size = 1;
   uint32_t iteration = 0;
-  float radiance_scale = 1;  // a power of two
+  float radiance_scale = 1;     // a power of two
   std::vector<uint8_t> depths;  // of the spatial leaves, depth first
   std::vector<SdTreeLeaf> leaves;
   std::vector<DirectionalNode> nodes;
@@ -55,10 +56,13 @@ class SdTree {
     const DirectionalNode* const tree = Tree(leaf);
     const directional::Point point = directional::Sample(tree, u);
     const Vec3 w = CylindricalToDirection(point.square);
-    if (!point.near_border) [[likely]] return {w, point.density};
-    // Near a border the direction may round into the next cell, which the tree means to reach with another density: over many samples
-    // that would bias what lies there. Such a sample moves to the middle of its cell, of which a direction's bits cannot miss.
-    if (Pdf(leaf, w) == point.density) [[likely]] return {w, point.density};
+    if (!point.near_border) [[likely]]
+      return {w, point.density};
+    // Near a border the direction may round into the next cell, which the tree means to reach with another density:
+    // over many samples that would bias what lies there. Such a sample moves to the middle of its cell, of which a
+    // direction's bits cannot miss.
+    if (Pdf(leaf, w) == point.density) [[likely]]
+      return {w, point.density};
     const Vec3 inner = CylindricalToDirection(point.inner);
     return {inner, Pdf(leaf, inner)};
   }
@@ -77,7 +81,9 @@ class SdTree {
   const SdTreeLeaf& leaf(uint32_t leaf) const { return leaves_[leaf]; }
   const DirectionalNode* Tree(uint32_t leaf) const { return nodes_.data() + leaves_[leaf].first_node; }
   Bounds3 LeafBounds(uint32_t leaf) const { return spatial_.LeafBounds(leaf); }
-  size_t memory() const { return spatial_.memory() + leaves_.size() * sizeof(SdTreeLeaf) + nodes_.size() * sizeof(DirectionalNode); }
+  size_t memory() const {
+    return spatial_.memory() + leaves_.size() * sizeof(SdTreeLeaf) + nodes_.size() * sizeof(DirectionalNode);
+  }
   // A hash of the content, for telling states apart; not a content address.
   uint64_t fingerprint() const { return fingerprint_; }
 

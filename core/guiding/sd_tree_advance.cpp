@@ -19,7 +19,8 @@ directional::Tree Copy(const SdTree& tree, uint32_t leaf) {
   return {{nodes, nodes + tree.leaf(leaf).node_count}, tree.leaf(leaf).depth};
 }
 
-RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf, double flux_threshold, double split_threshold) {
+RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf, double flux_threshold,
+                        double split_threshold) {
   const SdTreeOptions& options = tree.options();
   const SdTreeStatistics::LeafSums& sums = statistics.leaf(leaf);
   RebuiltLeaf out;
@@ -37,7 +38,8 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
     }
   }
   if (records >= options.min_records && total.Value() > 0) {
-    out.tree = directional::Rebuild(tree.Tree(leaf), tree.leaf(leaf).node_count, std::move(masses), flux_threshold, options.max_directional_depth);
+    out.tree = directional::Rebuild(tree.Tree(leaf), tree.leaf(leaf).node_count, std::move(masses), flux_threshold,
+                                    options.max_directional_depth);
     out.leaf.learned = 1;
     const double flux = total.Value() / records / tree.radiance_scale();
     out.leaf.mean_flux = static_cast<float>(std::min(flux, 3e38));
@@ -77,7 +79,8 @@ double NodesAfterSplits(const std::vector<RebuiltLeaf>& leaves) {
 
 }  // namespace
 
-std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics, double samples_per_pixel) {
+std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics,
+                                      double samples_per_pixel) {
   LODESTAR_CHECK(tree.fingerprint() == statistics.tree()->fingerprint());
   LODESTAR_CHECK(samples_per_pixel > 0);
   const SdTreeOptions& options = tree.options();
@@ -87,7 +90,8 @@ std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics
   // Rebuild every leaf; coarser where the result would not fit.
   std::vector<RebuiltLeaf> leaves(tree.leaf_count());
   for (;;) {
-    for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) leaves[leaf] = RebuildLeaf(tree, statistics, leaf, flux_threshold, split_threshold);
+    for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf)
+      leaves[leaf] = RebuildLeaf(tree, statistics, leaf, flux_threshold, split_threshold);
     if (NodesAfterSplits(leaves) <= static_cast<double>(options.max_nodes)) break;
     if (flux_threshold < 1) {
       flux_threshold *= 2;

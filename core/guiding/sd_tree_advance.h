@@ -1,9 +1,10 @@
 // From one iteration's state and statistics to the next state (Mueller et al. 2017, sections 3.2 and 3.3).
 //
-// Deterministic and in double. Steps: rebuild each D-tree from its sums, splitting and collapsing by flux_threshold; learn each leaf's
-// BSDF fraction; split spatial leaves; set the scale of the next records. Deviation from the paper: a leaf with fewer than min_records
-// records, or with none that carried light, keeps its previous distribution, where the paper's becomes uniform
-// (docs/decisions/0002-exact-sums.md). Where the trees would exceed max_nodes, flux_threshold doubles until they fit.
+// Deterministic and in double. Steps: rebuild each D-tree from its sums, splitting and collapsing by flux_threshold;
+// learn each leaf's BSDF fraction; split spatial leaves; set the scale of the next records. Deviation from the paper: a
+// leaf with fewer than min_records records, or with none that carried light, keeps its previous distribution, where the
+// paper's becomes uniform (docs/decisions/0002-exact-sums.md). Where the trees would exceed max_nodes, flux_threshold
+// doubles until they fit.
 #pragma once
 
 #include <memory>
@@ -13,7 +14,8 @@
 
 namespace lodestar {
 
-// samples_per_pixel: of the iteration that was recorded (2^k times those of a pass), which the split threshold depends on.
+// samples_per_pixel: of the iteration that was recorded (2^k times those of a pass), which the split threshold depends
+// on.
 std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics, double samples_per_pixel);
 
 }  // namespace lodestar

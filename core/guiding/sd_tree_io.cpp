@@ -1,5 +1,5 @@
-// The SD-tree's bytes, version 1. Nodes are written in their order of layout, which follows from the probabilities, so no links are
-// written and none can be wrong.
+// The SD-tree's bytes, version 1. Nodes are written in their order of layout, which follows from the probabilities, so
+// no links are written and none can be wrong.
 #include "core/guiding/bsdf_fraction.h"
 #include "core/guiding/sd_tree.h"
 
@@ -12,7 +12,8 @@ constexpr uint32_t kVersion = 1;
 // Links the nodes of one tree, read so far with masks for links, depth first.
 class Linker {
  public:
-  Linker(std::span<DirectionalNode> nodes, std::span<const uint8_t> masks, int max_depth) : nodes_(nodes), masks_(masks), max_depth_(max_depth) {}
+  Linker(std::span<DirectionalNode> nodes, std::span<const uint8_t> masks, int max_depth)
+      : nodes_(nodes), masks_(masks), max_depth_(max_depth) {}
   // The tree's depth, or 0 when the nodes do not form one tree.
   int Link() {
     if (nodes_.empty() || !Visit(0)) return 0;
@@ -82,7 +83,8 @@ Bytes SdTree::Serialize() const {
 std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   ByteReader in(bytes, "SD-tree");
   if (in.Get<uint32_t>() != kMagic) in.Fail("does not begin like one");
-  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion) in.Fail("has version " + std::to_string(version) + ", known is 1");
+  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
+    in.Fail("has version " + std::to_string(version) + ", known is 1");
   SdTreeParts parts;
   parts.options = SdTreeOptions::Read(in);
   for (int axis = 0; axis < 3; ++axis) parts.corner[axis] = in.Get<float>();
@@ -91,7 +93,8 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   parts.iteration = in.Get<uint32_t>();
   parts.radiance_scale = in.Get<float>();
   const uint32_t scale_bits = std::bit_cast<uint32_t>(parts.radiance_scale);
-  if ((scale_bits & 0x807fffff) != 0 || scale_bits == 0 || !std::isfinite(parts.radiance_scale)) in.Fail("has an invalid radiance scale");
+  if ((scale_bits & 0x807fffff) != 0 || scale_bits == 0 || !std::isfinite(parts.radiance_scale))
+    in.Fail("has an invalid radiance scale");
 
   parts.depths = in.GetVector<uint8_t>();
   const auto learned = in.GetVector<uint8_t>();
@@ -103,8 +106,8 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   const auto probabilities = in.GetVector<uint16_t>();
   in.ExpectEnd();
   const size_t leaves = parts.depths.size();
-  if (learned.size() != leaves || counts.size() != leaves || fractions.size() != leaves || records.size() != leaves || flux.size() != leaves ||
-      probabilities.size() != masks.size() * 3) {
+  if (learned.size() != leaves || counts.size() != leaves || fractions.size() != leaves || records.size() != leaves ||
+      flux.size() != leaves || probabilities.size() != masks.size() * 3) {
     in.Fail("has arrays of different lengths");
   }
   if (!SpatialTree::FromDepths(parts.corner, parts.size, parts.depths)) in.Fail("has a broken spatial tree");
@@ -121,15 +124,18 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   parts.leaves.resize(leaves);
   uint64_t first = 0;
   for (size_t i = 0; i < leaves; ++i) {
-    if (counts[i] == 0 || counts[i] > directional::kMaxNodes || counts[i] > masks.size() - first) in.Fail("has a directional tree beyond its nodes");
-    const int depth = Linker(std::span(parts.nodes).subspan(first, counts[i]), std::span(masks).subspan(first, counts[i]),
-                             parts.options.max_directional_depth).Link();
+    if (counts[i] == 0 || counts[i] > directional::kMaxNodes || counts[i] > masks.size() - first)
+      in.Fail("has a directional tree beyond its nodes");
+    const int depth = Linker(std::span(parts.nodes).subspan(first, counts[i]),
+                             std::span(masks).subspan(first, counts[i]), parts.options.max_directional_depth)
+                          .Link();
     if (depth == 0) in.Fail("has a broken directional tree");
-    if (learned[i] > 1 || !(fractions[i] >= kMinBsdfFraction && fractions[i] <= kMaxBsdfFraction) || !(records[i] >= 0) ||
-        !std::isfinite(records[i]) || !(flux[i] >= 0) || !std::isfinite(flux[i])) {
+    if (learned[i] > 1 || !(fractions[i] >= kMinBsdfFraction && fractions[i] <= kMaxBsdfFraction) ||
+        !(records[i] >= 0) || !std::isfinite(records[i]) || !(flux[i] >= 0) || !std::isfinite(flux[i])) {
       in.Fail("has an invalid leaf");
     }
-    parts.leaves[i] = {static_cast<uint32_t>(first), counts[i], fractions[i], records[i], flux[i], learned[i], static_cast<uint8_t>(depth)};
+    parts.leaves[i] = {static_cast<uint32_t>(first), counts[i], fractions[i], records[i], flux[i], learned[i],
+                       static_cast<uint8_t>(depth)};
     first += counts[i];
   }
   if (first != masks.size()) in.Fail("has nodes of no tree");

@@ -1,5 +1,5 @@
-// Settings of the SD-tree (Mueller et al. 2017; "Practical Path Guiding in Production" 2019). The defaults are ours and the recommendation;
-// the two presets are the papers' settings.
+// Settings of the SD-tree (Mueller et al. 2017; "Practical Path Guiding in Production" 2019). The defaults are ours and
+// the recommendation; the two presets are the papers' settings.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,17 @@
 namespace lodestar {
 
 struct SdTreeOptions {
-  // Which spatial leaves a record goes to: the one that holds it; the one that holds a point jittered by the leaf's size; all that overlap a
-  // box of the leaf's size around it, by volume. Stochastic has the box filter's expectation at the cost of one lookup.
+  // Which spatial leaves a record goes to: the one that holds it; the one that holds a point jittered by the leaf's
+  // size; all that overlap a box of the leaf's size around it, by volume. Stochastic has the box filter's expectation
+  // at the cost of one lookup.
   enum class SpatialFilter : uint8_t { kNearest, kStochastic, kBox };
   // The same in the directional quadtree: nearest cell, or all cells under a footprint of the cell's own size.
   enum class DirectionalFilter : uint8_t { kNearest, kBox };
   // What the learned share of BSDF sampling minimises; kNone keeps initial_bsdf_fraction. KL is robust to outliers.
   enum class BsdfFractionLoss : uint8_t { kNone, kKl, kVariance };
 
-  float spatial_threshold = 4000;  // c: a spatial leaf splits above c * sqrt(samples per pixel of the iteration / 4) records; 500 to 20000
+  float spatial_threshold =
+      4000;  // c: a spatial leaf splits above c * sqrt(samples per pixel of the iteration / 4) records; 500 to 20000
   float flux_threshold = 0.01f;    // rho: a directional cell splits above this share of its tree's flux; 0.001 to 1
   int max_directional_depth = 20;  // 1 to 20
   int max_spatial_depth = 48;      // binary levels, 0 to 63: every third halves the same axis
@@ -25,8 +27,11 @@ struct SdTreeOptions {
   DirectionalFilter directional_filter = DirectionalFilter::kBox;
   BsdfFractionLoss bsdf_fraction_loss = BsdfFractionLoss::kKl;
   float initial_bsdf_fraction = 0.5f;  // within [0.05, 0.95]
-  float min_records = 128;             // a leaf with fewer records keeps its previous distribution; 1 is the papers' behaviour but for empty leaves
-  uint64_t max_nodes = uint64_t{1} << 22;  // of all directional trees together (16 bytes each, 64 more in every accumulator that touches them)
+  float min_records = 128;  // a leaf with fewer records keeps its previous distribution; 1 is the papers' behaviour but
+                            // for empty leaves
+  uint64_t max_nodes =
+      uint64_t{1}
+      << 22;  // of all directional trees together (16 bytes each, 64 more in every accumulator that touches them)
 
   static SdTreeOptions Paper2017();
   static SdTreeOptions Paper2019();

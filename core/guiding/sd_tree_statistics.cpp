@@ -16,7 +16,10 @@ using DirectionalFilter = SdTreeOptions::DirectionalFilter;
 }  // namespace
 
 SdTreeStatistics::SdTreeStatistics(std::shared_ptr<const SdTree> tree)
-    : tree_(std::move(tree)), slots_(size_t{tree_->node_count()} * 4), leaves_(tree_->leaf_count()), touched_((tree_->leaf_count() + 63) / 64) {}
+    : tree_(std::move(tree)),
+      slots_(size_t{tree_->node_count()} * 4),
+      leaves_(tree_->leaf_count()),
+      touched_((tree_->leaf_count() + 63) / 64) {}
 
 std::optional<SdTreeStatistics::Pending> SdTreeStatistics::Gate(const SdTreeRecord& r) {
   LODESTAR_DCHECK(r.leaf < tree_->leaf_count());
@@ -25,25 +28,27 @@ std::optional<SdTreeStatistics::Pending> SdTreeStatistics::Gate(const SdTreeReco
     return std::nullopt;
   }
   const auto usable = [](float value) { return value >= 0 && value < kInfinity; };
-  if (!usable(r.radiance) || !usable(r.pdf) || r.pdf == 0 || !usable(r.product) || !usable(r.bsdf_pdf) || !usable(r.tree_pdf) ||
-      !IsFinite(r.direction) || !IsFinite(r.position)) {
+  if (!usable(r.radiance) || !usable(r.pdf) || r.pdf == 0 || !usable(r.product) || !usable(r.bsdf_pdf) ||
+      !usable(r.tree_pdf) || !IsFinite(r.direction) || !IsFinite(r.position)) {
     ++counts_.refused;
     return std::nullopt;
   }
   ++counts_.accepted;
   const Vec2 square = DirectionToCylindrical(r.direction);
   // Past the float range the sum saturates and counts it.
-  return Pending{std::min(r.radiance / r.pdf * tree_->radiance_scale(), std::numeric_limits<float>::max()), directional::ToInteger(square.x),
-                 directional::ToInteger(square.y), 0};
+  return Pending{std::min(r.radiance / r.pdf * tree_->radiance_scale(), std::numeric_limits<float>::max()),
+                 directional::ToInteger(square.x), directional::ToInteger(square.y), 0};
 }
 
 void SdTreeStatistics::AddFraction(const SdTreeRecord& r) {
   const auto loss = tree_->options().bsdf_fraction_loss;
   // Beside a uniform tree the BSDF always looks better; what is learned then would be wrong for the tree that comes.
-  if (loss == SdTreeOptions::BsdfFractionLoss::kNone || !tree_->HasLearned(r.leaf) || !(r.product > 0) || !(r.bsdf_pdf + r.tree_pdf > 0)) return;
+  if (loss == SdTreeOptions::BsdfFractionLoss::kNone || !tree_->HasLearned(r.leaf) || !(r.product > 0) ||
+      !(r.bsdf_pdf + r.tree_pdf > 0))
+    return;
   Touch(r.leaf);
-  leaves_[r.leaf].fraction.Add(loss, std::min(r.product * tree_->radiance_scale(), std::numeric_limits<float>::max()), r.pdf, r.bsdf_pdf,
-                               r.tree_pdf);
+  leaves_[r.leaf].fraction.Add(loss, std::min(r.product * tree_->radiance_scale(), std::numeric_limits<float>::max()),
+                               r.pdf, r.bsdf_pdf, r.tree_pdf);
 }
 
 void SdTreeStatistics::AddDirectional(uint32_t leaf, uint32_t x, uint32_t y, float value) {
@@ -52,7 +57,8 @@ void SdTreeStatistics::AddDirectional(uint32_t leaf, uint32_t x, uint32_t y, flo
   if (tree_->options().directional_filter == DirectionalFilter::kNearest) {
     AddSlot(leaf, cell.slot, value);
   } else {
-    directional::ForFootprint(nodes, x, y, cell, [&](uint32_t slot, float share) { AddSlot(leaf, slot, value * share); });
+    directional::ForFootprint(nodes, x, y, cell,
+                              [&](uint32_t slot, float share) { AddSlot(leaf, slot, value * share); });
   }
 }
 
@@ -62,7 +68,8 @@ uint32_t SdTreeStatistics::FilteredLeaf(const SdTreeRecord& r, Vec3 u) const {
   const SpatialTree::Cell& cell = tree_->spatial().cell(r.leaf);
   for (int axis = 0; axis < 3; ++axis) {
     const int32_t size = static_cast<int32_t>(cell.Size(axis));
-    const int32_t moved = static_cast<int32_t>(at[axis]) + static_cast<int32_t>(u[axis] * static_cast<float>(size)) - size / 2;
+    const int32_t moved =
+        static_cast<int32_t>(at[axis]) + static_cast<int32_t>(u[axis] * static_cast<float>(size)) - size / 2;
     at[axis] = static_cast<uint32_t>(std::clamp(moved, 0, (1 << SpatialTree::kBits) - 1));
   }
   return tree_->spatial().LeafAt(at);
@@ -75,7 +82,8 @@ void SdTreeStatistics::AddBox(const SdTreeRecord& r, const Pending& pending) {
   for (int axis = 0; axis < 3; ++axis) {
     size[axis] = cell.Size(axis);
     // Moved inside the tree at its faces, so that the shares sum to one.
-    lower[axis] = std::min(lower[axis] - std::min(lower[axis], size[axis] / 2), (uint32_t{1} << SpatialTree::kBits) - size[axis]);
+    lower[axis] =
+        std::min(lower[axis] - std::min(lower[axis], size[axis] / 2), (uint32_t{1} << SpatialTree::kBits) - size[axis]);
   }
   spatial.ForOverlaps(lower, size, [&](uint32_t leaf, double share) {
     AddWeight(leaf, static_cast<uint64_t>(share * static_cast<double>(kOneRecord) + 0.5));
@@ -124,7 +132,9 @@ void SdTreeStatistics::FlushAdditions() {
   additions_.clear();
 }
 
-void SdTreeStatistics::Record(const SdTreeRecord& record, Vec3 u_spatial) { RecordBatch({&record, 1}, &u_spatial); }
+void SdTreeStatistics::Record(const SdTreeRecord& record, Vec3 u_spatial) {
+  RecordBatch({&record, 1}, &u_spatial);
+}
 
 void SdTreeStatistics::Record(std::span<const SdTreeRecord> records, uint64_t key) {
   std::array<Vec3, kBatch> u;

@@ -1,7 +1,9 @@
-// What one thread learned in one round: sums over the slots and leaves of one SdTree. All sums are exact (docs/decisions/0002-exact-sums.md),
-// so any partition of the records over threads, workers and merges gives the same bits.
+// What one thread learned in one round: sums over the slots and leaves of one SdTree. All sums are exact
+// (docs/decisions/0002-exact-sums.md), so any partition of the records over threads, workers and merges gives the same
+// bits.
 //
-// Not thread-safe: one per thread, merged afterwards. Memory is address space of 64 bytes a node, of which only touched pages are backed.
+// Not thread-safe: one per thread, merged afterwards. Memory is address space of 64 bytes a node, of which only touched
+// pages are backed.
 #pragma once
 
 #include <optional>
@@ -16,14 +18,14 @@ namespace lodestar {
 // One vertex of a path, once the light from its sampled direction is known.
 struct SdTreeRecord {
   Vec3 position;
-  Vec3 direction;        // of unit length, towards where the light came from
-  float radiance = 0;    // lum(L), incident
-  float pdf = 0;         // of the mixture that sampled the direction, per steradian
-  float bsdf_pdf = 0;    // of its two techniques
+  Vec3 direction;      // of unit length, towards where the light came from
+  float radiance = 0;  // lum(L), incident
+  float pdf = 0;       // of the mixture that sampled the direction, per steradian
+  float bsdf_pdf = 0;  // of its two techniques
   float tree_pdf = 0;
-  float product = 0;     // lum(f cos L)
-  bool delta = false;    // sampled from a delta lobe: counted, else left out
-  uint32_t leaf = 0;     // LeafAt(position)
+  float product = 0;   // lum(f cos L)
+  bool delta = false;  // sampled from a delta lobe: counted, else left out
+  uint32_t leaf = 0;   // LeafAt(position)
 };
 
 class SdTreeStatistics {
@@ -105,7 +107,8 @@ class SdTreeStatistics {
   template <class Visit>
   void ForTouched(Visit&& visit) const {
     for (size_t word = 0; word < touched_.size(); ++word) {
-      for (uint64_t bits = touched_[word]; bits != 0; bits &= bits - 1) visit(static_cast<uint32_t>(word * 64 + std::countr_zero(bits)));
+      for (uint64_t bits = touched_[word]; bits != 0; bits &= bits - 1)
+        visit(static_cast<uint32_t>(word * 64 + std::countr_zero(bits)));
     }
   }
 

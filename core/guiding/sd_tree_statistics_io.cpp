@@ -1,5 +1,5 @@
-// The statistics' bytes, version 1: header, totals, then per touched leaf its weight, fraction sums and non-zero slots. Indices are
-// written as varint differences, sums as their significant bytes behind one byte that says which.
+// The statistics' bytes, version 1: header, totals, then per touched leaf its weight, fraction sums and non-zero slots.
+// Indices are written as varint differences, sums as their significant bytes behind one byte that says which.
 #include "core/base/check.h"
 #include "core/guiding/sd_tree_statistics.h"
 
@@ -29,7 +29,8 @@ uint64_t GetVarint(ByteReader& in) {
   in.Fail("has a number of more than 64 bits");
 }
 
-// Zigzag, then the bytes between the lowest and highest that are not zero. Header: skipped low bytes * 16 + count - 1; 0xff for zero.
+// Zigzag, then the bytes between the lowest and highest that are not zero. Header: skipped low bytes * 16 + count - 1;
+// 0xff for zero.
 void PutWide(ByteWriter& out, __int128 value) {
   unsigned __int128 bits = (static_cast<unsigned __int128>(value) << 1) ^ static_cast<unsigned __int128>(value >> 127);
   if (bits == 0) return out.Put<uint8_t>(0xff);
@@ -105,12 +106,14 @@ Bytes SdTreeStatistics::Serialize() const {
 SdTreeStatistics SdTreeStatistics::Parse(std::shared_ptr<const SdTree> tree, std::string_view bytes) {
   ByteReader in(bytes, "SD-tree statistics");
   if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
-  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion) in.Fail("have version " + std::to_string(version) + ", known is 1");
+  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
+    in.Fail("have version " + std::to_string(version) + ", known is 1");
   const auto fingerprint = in.Get<uint64_t>();
   const auto leaf_count = in.Get<uint32_t>();
   const auto node_count = in.Get<uint32_t>();
   if (fingerprint != tree->fingerprint() || leaf_count != tree->leaf_count() || node_count != tree->node_count()) {
-    throw Error(ErrorKind::kConflict, "SD-tree statistics belong to another tree; render this unit again under the current state");
+    throw Error(ErrorKind::kConflict,
+                "SD-tree statistics belong to another tree; render this unit again under the current state");
   }
   SdTreeStatistics statistics(std::move(tree));
   statistics.counts_.accepted = in.Get<uint64_t>();

@@ -1,8 +1,10 @@
-// The S-tree: binary midpoint splits, axes x, y, z in turn, over the scene's bounds made cubic (Mueller et al. 2017, section 3).
+// The S-tree: binary midpoint splits, axes x, y, z in turn, over the scene's bounds made cubic (Mueller et al. 2017,
+// section 3).
 //
-// It is held collapsed, three binary levels to a node of eight entries, so that a lookup takes a third of the dependent loads. Positions
-// become 21-bit integers once; from then on all is integer arithmetic, and a point on a border or outside the box (or NaN) has one
-// well-defined leaf. The leaves' depths in depth-first order (lower half first) say everything: that list is its serial form.
+// It is held collapsed, three binary levels to a node of eight entries, so that a lookup takes a third of the dependent
+// loads. Positions become 21-bit integers once; from then on all is integer arithmetic, and a point on a border or
+// outside the box (or NaN) has one well-defined leaf. The leaves' depths in depth-first order (lower half first) say
+// everything: that list is its serial form.
 #pragma once
 
 #include <array>
@@ -47,8 +49,8 @@ class SpatialTree {
     }
   }
 
-  // Calls visit(leaf, share) for every leaf that overlaps the box [lower, lower + size), share of the box's volume each; a leaf can be
-  // visited more than once. The box must lie inside the tree.
+  // Calls visit(leaf, share) for every leaf that overlaps the box [lower, lower + size), share of the box's volume
+  // each; a leaf can be visited more than once. The box must lie inside the tree.
   template <class Visit>
   void ForOverlaps(const Coordinates& lower, const Coordinates& size, Visit&& visit) const {
     const double scale = 1 / (static_cast<double>(size[0]) * size[1] * size[2]);
@@ -71,15 +73,16 @@ class SpatialTree {
   }
 
   template <class Visit>
-  void Overlap(uint32_t node, const Coordinates& origin, int shift, const Coordinates& lower, const Coordinates& size, double scale,
-               Visit& visit) const {
+  void Overlap(uint32_t node, const Coordinates& origin, int shift, const Coordinates& lower, const Coordinates& size,
+               double scale, Visit& visit) const {
     const uint32_t half = uint32_t{1} << shift;
     for (uint32_t octant = 0; octant < 8; ++octant) {
       Coordinates corner;
       double volume = scale;
       for (int axis = 0; axis < 3; ++axis) {
         corner[axis] = origin[axis] + (((octant >> axis) & 1) ? half : 0);
-        const uint32_t from = std::max(corner[axis], lower[axis]), to = std::min(corner[axis] + half, lower[axis] + size[axis]);
+        const uint32_t from = std::max(corner[axis], lower[axis]),
+                       to = std::min(corner[axis] + half, lower[axis] + size[axis]);
         volume *= to > from ? to - from : 0;
       }
       if (volume <= 0) continue;

@@ -8,13 +8,17 @@
 namespace lodestar {
 
 void* MapZeroPages(size_t bytes) {
-  void* const address = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  void* const address =
+      mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (address == MAP_FAILED) {
-    throw Error(ErrorKind::kIo, "cannot map " + std::to_string(bytes) + " bytes for tree statistics; lower the SD-tree's max_nodes or the thread count");
+    throw Error(ErrorKind::kIo, "cannot map " + std::to_string(bytes) +
+                                    " bytes for tree statistics; lower the SD-tree's max_nodes or the thread count");
   }
   return address;
 }
 
-void UnmapPages(void* address, size_t bytes) { LODESTAR_CHECK(munmap(address, bytes) == 0); }
+void UnmapPages(void* address, size_t bytes) {
+  LODESTAR_CHECK(munmap(address, bytes) == 0);
+}
 
 }  // namespace lodestar

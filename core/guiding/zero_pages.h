@@ -1,5 +1,5 @@
-// An array of zeroes straight from the operating system: pages that are never touched cost nothing, so an accumulator as wide as the
-// state is cheap to create for a second's work.
+// An array of zeroes straight from the operating system: pages that are never touched cost nothing, so an accumulator
+// as wide as the state is cheap to create for a second's work.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,14 @@ void UnmapPages(void* address, size_t bytes);
 
 // T must be valid when all its bytes are zero.
 template <class T>
-  requires std::is_trivially_copyable_v<T>
+requires std::is_trivially_copyable_v<T>
 class ZeroPages {
  public:
   ZeroPages() = default;
-  explicit ZeroPages(size_t size) : data_(size > 0 ? static_cast<T*>(MapZeroPages(size * sizeof(T))) : nullptr), size_(size) {}
-  ZeroPages(ZeroPages&& other) noexcept : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  explicit ZeroPages(size_t size)
+      : data_(size > 0 ? static_cast<T*>(MapZeroPages(size * sizeof(T))) : nullptr), size_(size) {}
+  ZeroPages(ZeroPages&& other) noexcept
+      : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
   ZeroPages& operator=(ZeroPages&& other) noexcept {
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);

@@ -1,8 +1,10 @@
-// A sum of floats that does not depend on the order or grouping of its addends: 128-bit fixed point (docs/decisions/0002-exact-sums.md).
+// A sum of floats that does not depend on the order or grouping of its addends: 128-bit fixed point
+// (docs/decisions/0002-exact-sums.md).
 //
-// One unit is 2^-56 and the range ends at +-2^70. Each float is converted once (exactly, unless it has bits below the unit: those are
-// rounded, halves away from zero) and from then on everything is integer addition. Sums saturate at the limit. Saturation keeps the order
-// freedom for addends of one sign; with both signs it holds as long as no partial sum can reach the limit.
+// One unit is 2^-56 and the range ends at +-2^70. Each float is converted once (exactly, unless it has bits below the
+// unit: those are rounded, halves away from zero) and from then on everything is integer addition. Sums saturate at the
+// limit. Saturation keeps the order freedom for addends of one sign; with both signs it holds as long as no partial sum
+// can reach the limit.
 #pragma once
 
 #include <bit>
@@ -28,7 +30,8 @@ class ExactSum {
     bool fits = true;
     if (exponent >= kUnitExponent) [[likely]] {
       fits = exponent < kLimitExponent;
-      magnitude = fits ? static_cast<unsigned __int128>(mantissa) << (exponent - kUnitExponent) : static_cast<unsigned __int128>(kMax);
+      magnitude = fits ? static_cast<unsigned __int128>(mantissa) << (exponent - kUnitExponent)
+                       : static_cast<unsigned __int128>(kMax);
     } else {
       const int drop = kUnitExponent - exponent;
       if (drop > 24) return true;  // below half a unit, denormals and zero included
@@ -45,22 +48,27 @@ class ExactSum {
   bool zero() const { return (lo_ | static_cast<uint64_t>(hi_)) == 0; }
   bool saturated() const { return Units() >= kMax || Units() <= -kMax; }
 
-  Wide Units() const { return static_cast<Wide>((static_cast<unsigned __int128>(static_cast<uint64_t>(hi_)) << 64) | lo_); }
+  Wide Units() const {
+    return static_cast<Wide>((static_cast<unsigned __int128>(static_cast<uint64_t>(hi_)) << 64) | lo_);
+  }
   // |units| <= 2^126 - 1, else clamped.
   static ExactSum FromUnits(Wide units);
 
   friend bool operator==(const ExactSum&, const ExactSum&) = default;
 
  private:
-  static constexpr int kUnitExponent = 127 + 23 - kFractionBits;  // biased exponent at which the mantissa's last bit is one unit
+  static constexpr int kUnitExponent =
+      127 + 23 - kFractionBits;  // biased exponent at which the mantissa's last bit is one unit
   static constexpr int kLimitExponent = 127 + 70;
   static constexpr Wide kMax = (static_cast<Wide>(1) << 126) - 1;
 
   // Neither operand exceeds 2^126 - 1, so the sum of two fits in 127 bits and can be clamped afterwards.
   void AddUnits(Wide units) {
     Wide sum = Units() + units;
-    if (sum > kMax) [[unlikely]] sum = kMax;
-    if (sum < -kMax) [[unlikely]] sum = -kMax;
+    if (sum > kMax) [[unlikely]]
+      sum = kMax;
+    if (sum < -kMax) [[unlikely]]
+      sum = -kMax;
     lo_ = static_cast<uint64_t>(sum);
     hi_ = static_cast<int64_t>(sum >> 64);
   }

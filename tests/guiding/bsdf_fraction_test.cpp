@@ -28,7 +28,8 @@ struct Problem {
     double sum = 0;
     for (size_t i = 0; i < target.size(); ++i) {
       if (target[i] == 0) continue;
-      sum += loss == Loss::kKl ? target[i] * std::log(target[i] / Mixture(alpha, i)) : target[i] * target[i] / Mixture(alpha, i);
+      sum += loss == Loss::kKl ? target[i] * std::log(target[i] / Mixture(alpha, i))
+                               : target[i] * target[i] / Mixture(alpha, i);
     }
     return sum / static_cast<double>(target.size());
   }
@@ -50,7 +51,8 @@ struct Problem {
     do {
       bin = rng() % technique.size();
     } while (std::uniform_real_distribution<double>(0, top)(rng) >= technique[bin]);
-    return {static_cast<float>(target[bin]), static_cast<float>(Mixture(alpha, bin)), static_cast<float>(bsdf[bin]), static_cast<float>(tree[bin])};
+    return {static_cast<float>(target[bin]), static_cast<float>(Mixture(alpha, bin)), static_cast<float>(bsdf[bin]),
+            static_cast<float>(tree[bin])};
   }
 };
 
@@ -61,24 +63,35 @@ Problem MakeProblem(int kind) {
     a[i] = std::exp(-30 * (x - 0.3) * (x - 0.3)) + 0.01;
     b[i] = std::exp(-200 * (x - 0.6) * (x - 0.6)) + 0.02;
     switch (kind) {
-      case 0: t[i] = a[i] * b[i]; break;                 // a product of both
-      case 1: t[i] = a[i]; break;                        // the BSDF alone is right
-      case 2: t[i] = b[i]; break;                        // the tree alone is right
-      case 3: t[i] = 0.3 * a[i] + 0.2 * b[i]; break;     // a mixture of both
-      default: t[i] = a[i] + (i == 40 ? 20.0 : 0.0);     // a firefly
+      case 0:
+        t[i] = a[i] * b[i];
+        break;  // a product of both
+      case 1:
+        t[i] = a[i];
+        break;  // the BSDF alone is right
+      case 2:
+        t[i] = b[i];
+        break;  // the tree alone is right
+      case 3:
+        t[i] = 0.3 * a[i] + 0.2 * b[i];
+        break;  // a mixture of both
+      default:
+        t[i] = a[i] + (i == 40 ? 20.0 : 0.0);  // a firefly
     }
   }
   return {Problem::Normal(t), Problem::Normal(a), Problem::Normal(b)};
 }
 
-// As published: one Adam step a record on theta, alpha = logistic(theta) (Mueller 2019, section 10.5, and its released settings).
+// As published: one Adam step a record on theta, alpha = logistic(theta) (Mueller 2019, section 10.5, and its released
+// settings).
 class Adam {
  public:
   double alpha() const { return 1 / (1 + std::exp(-theta_)); }
   void Step(Loss loss, const Problem::Draw& d) {
     const double a = alpha(), mixture = a * d.bsdf_pdf + (1 - a) * d.tree_pdf;
     const double ratio = d.product / mixture;
-    const double gradient = -(loss == Loss::kKl ? ratio : ratio * ratio) / d.pdf * (d.bsdf_pdf - d.tree_pdf) * a * (1 - a) + 0.01 * theta_;
+    const double gradient =
+        -(loss == Loss::kKl ? ratio : ratio * ratio) / d.pdf * (d.bsdf_pdf - d.tree_pdf) * a * (1 - a) + 0.01 * theta_;
     m_ = 0.9 * m_ + 0.1 * gradient;
     v_ = 0.999 * v_ + 0.001 * gradient * gradient;
     ++t_;
@@ -116,7 +129,8 @@ TEST(BsdfFraction, NoWorseThanAdam) {
           adams.Add(published);
           difference.Add(mine - published);
         }
-        const std::string name = std::string(loss == Loss::kKl ? "kl" : "variance") + "_" + std::to_string(kind) + "_" + std::to_string(records);
+        const std::string name = std::string(loss == Loss::kKl ? "kl" : "variance") + "_" + std::to_string(kind) + "_" +
+                                 std::to_string(records);
         // Within the noise of the seeds, and of a thousandth of the loss.
         EXPECT_LE(difference.mean(), 3 * difference.standard_error() + 1e-3) << name;
         ++cases;

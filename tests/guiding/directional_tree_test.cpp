@@ -12,7 +12,8 @@ using directional::Cell;
 using directional::Locate;
 
 // A tree learned from `count` samples of a density, refined over a few rounds as Advance does it.
-directional::Tree Learn(const std::function<float(Vec3)>& density, int rounds, int count, int max_depth = 20, float threshold = 0.01f) {
+directional::Tree Learn(const std::function<float(Vec3)>& density, int rounds, int count, int max_depth = 20,
+                        float threshold = 0.01f) {
   directional::Tree tree{{DirectionalNode{}}, 1};
   uint64_t rng = 11;
   for (int round = 0; round < rounds; ++round) {
@@ -27,7 +28,9 @@ directional::Tree Learn(const std::function<float(Vec3)>& density, int rounds, i
       masses[cell.slot] += value;
       total += value;
     }
-    if (total > 0) tree = directional::Rebuild(tree.nodes.data(), static_cast<uint32_t>(tree.nodes.size()), masses, threshold, max_depth);
+    if (total > 0)
+      tree = directional::Rebuild(tree.nodes.data(), static_cast<uint32_t>(tree.nodes.size()), masses, threshold,
+                                  max_depth);
   }
   return tree;
 }
@@ -42,7 +45,9 @@ directional::Tree OneSample(Vec2 square, int max_depth) {
   return tree;
 }
 
-float Lobe(Vec3 axis, float kappa, Vec3 w) { return kappa * Exp(kappa * (Dot(axis, w) - 1)); }
+float Lobe(Vec3 axis, float kappa, Vec3 w) {
+  return kappa * Exp(kappa * (Dot(axis, w) - 1));
+}
 
 struct Case {
   const char* name;
@@ -52,18 +57,34 @@ std::vector<Case> Cases() {
   const Vec3 across = Normalize(Vec3{1, -0.001f, 0.3f});
   return {
       {"empty", {{DirectionalNode{}}, 1}},
-      {"trained", Learn([](Vec3 w) { return synthetic::MovingLobes({0.3f, 0.6f, 0.2f}, w); }, 5, 20000)},
+      {"trained", Learn(
+                      [](Vec3 w) {
+                        return synthetic::MovingLobes({0.3f, 0.6f, 0.2f}, w);
+                      },
+                      5, 20000)},
       {"across phi = 0", Learn([&](Vec3 w) { return Lobe(across, 3000, w); }, 6, 20000)},
-      {"pole", Learn([](Vec3 w) { return Lobe({0, 0, 1}, 3000, w); }, 6, 20000)},
-      {"other pole", Learn([](Vec3 w) { return Lobe({0, 0, -1}, 50, w) + 0.01f; }, 6, 20000)},
+      {"pole", Learn(
+                   [](Vec3 w) {
+                     return Lobe({0, 0, 1}, 3000, w);
+                   },
+                   6, 20000)},
+      {"other pole", Learn(
+                         [](Vec3 w) {
+                           return Lobe({0, 0, -1}, 50, w) + 0.01f;
+                         },
+                         6, 20000)},
       {"one sample, shallow", OneSample({0.3f, 0.7f}, 5)},
-      {"narrow", Learn([](Vec3 w) { return 0.01f + Lobe(Normalize(Vec3{1, 2, 3}), 1e5f, w); }, 9, 20000, 12)},
+      {"narrow", Learn(
+                     [](Vec3 w) {
+                       return 0.01f + Lobe(Normalize(Vec3{1, 2, 3}), 1e5f, w);
+                     },
+                     9, 20000, 12)},
   };
 }
 
-// Chi-square over quarters of the cells: the choice of cells at any depth, and uniformity within each. The sphere test of tests/support
-// integrates densities by quadrature, which the jumps of this one defeat; here the expectations are known in closed form.
-// `skew` shifts the expected mass from even to odd slots: a wrong pdf.
+// Chi-square over quarters of the cells: the choice of cells at any depth, and uniformity within each. The sphere test
+// of tests/support integrates densities by quadrature, which the jumps of this one defeat; here the expectations are
+// known in closed form. `skew` shifts the expected mass from even to odd slots: a wrong pdf.
 test::TestResult CellTest(const directional::Tree& tree, double level, double skew = 0) {
   const DirectionalNode* const nodes = tree.nodes.data();
   std::vector<double> observed(tree.nodes.size() * 16), expected(observed.size());
@@ -75,7 +96,8 @@ test::TestResult CellTest(const directional::Tree& tree, double level, double sk
         self(self, nodes[node].child[c], cx, cy, depth + 1);
         continue;
       }
-      const double mass = Locate(nodes, cx, cy).density / kUniformSpherePdf * std::pow(0.25, depth + 1) * (1 + (c % 2 ? skew : -skew));
+      const double mass =
+          Locate(nodes, cx, cy).density / kUniformSpherePdf * std::pow(0.25, depth + 1) * (1 + (c % 2 ? skew : -skew));
       for (int quarter = 0; quarter < 4; ++quarter) expected[(node * 4 + c) * 4 + quarter] = kSamples * mass / 4;
     }
   };
@@ -139,7 +161,7 @@ TEST(DirectionalTree, RoundTripStaysWithinItsBound) {
     s.x = std::min(s.x, kOneMinusEpsilon);
     const Vec2 back = DirectionToCylindrical(CylindricalToDirection(s));
     double dy = std::fabs(back.y - s.y);
-    dy = std::min(dy, 1 - dy);  // around
+    dy = std::min(dy, 1 - dy);                         // around
     const bool pole = s.x < 1e-6f || s.x > 1 - 1e-6f;  // phi is lost there
     worst = std::max({worst, static_cast<double>(std::fabs(back.x - s.x)), pole ? 0 : dy});
   }
@@ -170,7 +192,8 @@ TEST(DirectionalTree, FootprintConservesMassAndWraps) {
   const std::vector<DirectionalNode> uniform(1);
   const Cell cell = Locate(uniform.data(), 1u << 22, 0);
   std::vector<double> per_slot(4);
-  directional::ForFootprint(uniform.data(), 1u << 22, 0, cell, [&](uint32_t slot, float share) { per_slot[slot] += share; });
+  directional::ForFootprint(uniform.data(), 1u << 22, 0, cell,
+                            [&](uint32_t slot, float share) { per_slot[slot] += share; });
   EXPECT_NEAR(per_slot[0], 0.5, 1e-6);
   EXPECT_NEAR(per_slot[2], 0.5, 1e-6);
 }
@@ -190,7 +213,8 @@ TEST(DirectionalTree, FootprintSharesAreAreas) {
     constexpr uint32_t kGrid = 48;
     for (uint32_t gy = 0; gy < kGrid; ++gy) {
       for (uint32_t gx = 0; gx < kGrid; ++gx) {
-        const uint32_t px = x0 + static_cast<uint32_t>((gx + 0.5) / kGrid * size), py = (y0 + static_cast<uint32_t>((gy + 0.5) / kGrid * size)) & 0xffffff;
+        const uint32_t px = x0 + static_cast<uint32_t>((gx + 0.5) / kGrid * size),
+                       py = (y0 + static_cast<uint32_t>((gy + 0.5) / kGrid * size)) & 0xffffff;
         expected[Locate(nodes, px, py).slot] += 1.0 / (kGrid * kGrid);
       }
     }
@@ -199,7 +223,8 @@ TEST(DirectionalTree, FootprintSharesAreAreas) {
 }
 
 TEST(DirectionalTree, RefinesByFluxAndCollapses) {
-  // All mass in one cell: it splits to quarters until each holds no more than 1 %: 4^-4 < 0.01 < 4^-3, so four levels below the cell's own.
+  // All mass in one cell: it splits to quarters until each holds no more than 1 %: 4^-4 < 0.01 < 4^-3, so four levels
+  // below the cell's own.
   DirectionalNode root;
   directional::Tree tree = directional::Rebuild(&root, 1, {0, 0, 0, 1}, 0.01, 20);
   EXPECT_EQ(tree.depth, 1 + 4);
@@ -212,7 +237,8 @@ TEST(DirectionalTree, RefinesByFluxAndCollapses) {
   std::vector<double> masses(tree.nodes.size() * 4, 0.0);
   masses[Locate(tree.nodes.data(), Vec2{0.1f, 0.1f}).slot] = 1000;
   masses[Locate(tree.nodes.data(), Vec2{0.9f, 0.9f}).slot] = 1;
-  const directional::Tree collapsed = directional::Rebuild(tree.nodes.data(), static_cast<uint32_t>(tree.nodes.size()), masses, 0.01, 20);
+  const directional::Tree collapsed =
+      directional::Rebuild(tree.nodes.data(), static_cast<uint32_t>(tree.nodes.size()), masses, 0.01, 20);
   EXPECT_EQ(Locate(collapsed.nodes.data(), Vec2{0.9f, 0.9f}).depth, 1);
   EXPECT_NEAR(Locate(collapsed.nodes.data(), Vec2{0.9f, 0.9f}).density, 4 * kUniformSpherePdf / 1001, 1e-5);
 }

@@ -45,7 +45,8 @@ TEST(Advance, TheDistributionApproachesTheField) {
   }
 }
 
-SdTreeStatistics Uniform(std::shared_ptr<const SdTree> tree, int count, float radiance = 1, float first_octant_only = 0) {
+SdTreeStatistics Uniform(std::shared_ptr<const SdTree> tree, int count, float radiance = 1,
+                         float first_octant_only = 0) {
   SdTreeStatistics statistics(tree);
   uint64_t rng = 3;
   for (int i = 0; i < count; ++i) {
@@ -65,7 +66,8 @@ TEST(Advance, LeavesSplitByTheirRecords) {
   SdTreeOptions options = SdTreeOptions::Paper2017();
   options.spatial_threshold = 1000;
   const auto tree = SdTree::Initial(synthetic::UnitCube(), options);
-  // Exactly c does not split; one more does; 8 c takes three levels; and 4 times the samples raise the threshold twofold.
+  // Exactly c does not split; one more does; 8 c takes three levels; and 4 times the samples raise the threshold
+  // twofold.
   EXPECT_EQ(Advance(*tree, Uniform(tree, 1000), 4)->leaf_count(), 1u);
   EXPECT_EQ(Advance(*tree, Uniform(tree, 1001), 4)->leaf_count(), 2u);
   EXPECT_EQ(Advance(*tree, Uniform(tree, 8000), 4)->leaf_count(), 8u);

@@ -13,7 +13,8 @@ namespace {
 using SpatialFilter = SdTreeOptions::SpatialFilter;
 using DirectionalFilter = SdTreeOptions::DirectionalFilter;
 
-std::shared_ptr<const SdTree> SmallTree(SpatialFilter spatial = SpatialFilter::kStochastic, DirectionalFilter directional = DirectionalFilter::kBox) {
+std::shared_ptr<const SdTree> SmallTree(SpatialFilter spatial = SpatialFilter::kStochastic,
+                                        DirectionalFilter directional = DirectionalFilter::kBox) {
   synthetic::Training training;
   training.options.spatial_threshold = 1000;
   training.options.spatial_filter = spatial;
@@ -91,7 +92,8 @@ TEST(SdTreeStatistics, FiltersConserveMassAndCount) {
       SdTreeStatistics statistics(tree);
       statistics.Record(records, 5);
       double expected = 0, weight = 0;
-      for (const SdTreeRecord& r : records) expected += static_cast<double>(r.radiance) / r.pdf * tree->radiance_scale();
+      for (const SdTreeRecord& r : records)
+        expected += static_cast<double>(r.radiance) / r.pdf * tree->radiance_scale();
       for (uint32_t leaf = 0; leaf < tree->leaf_count(); ++leaf) weight += statistics.leaf(leaf).records();
       EXPECT_NEAR(Total(statistics) / expected, 1, 1e-5);
       EXPECT_NEAR(weight, 2000, 0.01);
@@ -192,7 +194,8 @@ TEST(SdTreeStatistics, CorruptBytesAreRefusedOrValid) {
   int refused = 0;
   for (int trial = 0; trial < 3000; ++trial) {
     Bytes changed = bytes;
-    for (int flips = 1 + static_cast<int>(rng() % 3); flips > 0; --flips) changed[rng() % changed.size()] ^= static_cast<char>(1 << (rng() % 8));
+    for (int flips = 1 + static_cast<int>(rng() % 3); flips > 0; --flips)
+      changed[rng() % changed.size()] ^= static_cast<char>(1 << (rng() % 8));
     try {
       const SdTreeStatistics parsed = SdTreeStatistics::Parse(tree, changed);
       ASSERT_EQ(parsed.Serialize(), changed);  // canonical: what is accepted is what is written

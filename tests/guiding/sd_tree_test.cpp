@@ -42,7 +42,8 @@ std::shared_ptr<const SdTree> DeepestTree(Vec3 w) {
 }
 
 TEST(SdTree, SamplesOfTheDeepestCellsStayInThem) {
-  for (const Vec3 w : {Normalize(Vec3{1, 2, 3}), Vec3{0, 0, 1}, Vec3{0, 0, -1}, Normalize(Vec3{1, -1e-6f, 0.2f}), Normalize(Vec3{-1, 0, 0.5f})}) {
+  for (const Vec3 w : {Normalize(Vec3{1, 2, 3}), Vec3{0, 0, 1}, Vec3{0, 0, -1}, Normalize(Vec3{1, -1e-6f, 0.2f}),
+                       Normalize(Vec3{-1, 0, 0.5f})}) {
     const auto tree = DeepestTree(w);
     ASSERT_EQ(tree->leaf(0).depth, 20);
     const float expected = tree->Pdf(0, w);
@@ -66,7 +67,8 @@ TEST(SdTree, CorruptBytesAreRefusedOrValid) {
   training.first_records = 2000;
   const auto tree = Train(training, 3);
   const Bytes bytes = tree->Serialize();
-  for (size_t size = 0; size < bytes.size(); ++size) ASSERT_THROW(SdTree::Parse(std::string_view(bytes).substr(0, size)), Error) << size;
+  for (size_t size = 0; size < bytes.size(); ++size)
+    ASSERT_THROW(SdTree::Parse(std::string_view(bytes).substr(0, size)), Error) << size;
   EXPECT_THROW(SdTree::Parse(bytes + '\0'), Error);
   uint64_t rng = 8;
   int refused = 0;
@@ -74,7 +76,8 @@ TEST(SdTree, CorruptBytesAreRefusedOrValid) {
     Bytes changed = bytes;
     // Half of the flips in the head and the leaves.
     const size_t range = trial % 2 ? changed.size() : std::min<size_t>(changed.size(), 400);
-    for (int flips = 1 + trial % 3; flips > 0; --flips) changed[static_cast<size_t>(synthetic::Unit(rng) * range)] ^= static_cast<char>(1 << (trial % 8));
+    for (int flips = 1 + trial % 3; flips > 0; --flips)
+      changed[static_cast<size_t>(synthetic::Unit(rng) * range)] ^= static_cast<char>(1 << (trial % 8));
     try {
       const auto parsed = SdTree::Parse(changed);
       ASSERT_EQ(parsed->Serialize(), changed);
@@ -108,7 +111,8 @@ TEST(SdTree, BadBoundsAndSettingsAreRefused) {
   refused([](SdTreeOptions& o) { o.initial_bsdf_fraction = 0; });
   refused([](SdTreeOptions& o) { o.max_nodes = 0; });
   // A point, a tiny and a far box have a tree.
-  for (const Bounds3& box : {Bounds3{{1, 1, 1}, {1, 1, 1}}, Bounds3{{0, 0, 0}, {1e-4f, 1e-4f, 1e-5f}}, Bounds3{{1e6f, 1e6f, 1e6f}, {1.1e6f, 1.1e6f, 1e6f}}}) {
+  for (const Bounds3& box : {Bounds3{{1, 1, 1}, {1, 1, 1}}, Bounds3{{0, 0, 0}, {1e-4f, 1e-4f, 1e-5f}},
+                             Bounds3{{1e6f, 1e6f, 1e6f}, {1.1e6f, 1.1e6f, 1e6f}}}) {
     const auto tree = SdTree::Initial(box, SdTreeOptions{});
     EXPECT_EQ(tree->LeafAt(box.Center()), 0u);
     EXPECT_FLOAT_EQ(tree->Pdf(0, {0, 0, 1}), kUniformSpherePdf);

@@ -1,5 +1,6 @@
-// A light field with a known answer: over the unit cube, two lobes whose directions and widths drift with the position, on a dim ground.
-// Trains a tree in it as a renderer would, with the mixture of a cosine-like "BSDF" (uniform sphere here) and the tree.
+// A light field with a known answer: over the unit cube, two lobes whose directions and widths drift with the position,
+// on a dim ground. Trains a tree in it as a renderer would, with the mixture of a cosine-like "BSDF" (uniform sphere
+// here) and the tree.
 #pragma once
 
 #include <functional>
@@ -22,12 +23,15 @@ inline Vec3 Unit3(uint64_t& state) {
   const Vec2 xy = Unit2(state);
   return {xy.x, xy.y, Unit(state)};
 }
-inline Bounds3 UnitCube() { return {{0, 0, 0}, {1, 1, 1}}; }
+inline Bounds3 UnitCube() {
+  return {{0, 0, 0}, {1, 1, 1}};
+}
 
 using Field = std::function<float(Vec3 position, Vec3 direction)>;
 
 inline float MovingLobes(Vec3 p, Vec3 w) {
-  const Vec3 a = Normalize(Vec3{p.x * 2 - 1, p.y * 2 - 1, 0.7f}), b = Normalize(Vec3{0.4f, p.z - 0.5f, p.x * p.y - 0.9f});
+  const Vec3 a = Normalize(Vec3{p.x * 2 - 1, p.y * 2 - 1, 0.7f}),
+             b = Normalize(Vec3{0.4f, p.z - 0.5f, p.x * p.y - 0.9f});
   const auto lobe = [&](Vec3 axis, float kappa) { return kappa * Exp(kappa * (Dot(axis, w) - 1)) * (0.5f * kInvPi); };
   return 0.02f + lobe(a, 40 + 200 * p.z) + 0.5f * lobe(b, 400);
 }
@@ -60,7 +64,8 @@ inline SdTreeRecord MakeRecord(const SdTree& tree, const Field& field, float sca
   return r;
 }
 
-inline std::vector<SdTreeRecord> MakeRecords(const SdTree& tree, const Field& field, float scale, uint64_t seed, size_t count) {
+inline std::vector<SdTreeRecord> MakeRecords(const SdTree& tree, const Field& field, float scale, uint64_t seed,
+                                             size_t count) {
   std::vector<SdTreeRecord> records(count);
   uint64_t rng = Mix64(seed);
   for (SdTreeRecord& r : records) r = MakeRecord(tree, field, scale, rng);
@@ -72,7 +77,8 @@ inline std::shared_ptr<const SdTree> Train(const Training& training, int iterati
   for (int k = 0; k < iterations; ++k) {
     SdTreeStatistics statistics(tree);
     const size_t count = static_cast<size_t>(training.first_records) << k;
-    statistics.Record(MakeRecords(*tree, training.field, training.scale, training.seed + k, count), training.seed * 77 + k);
+    statistics.Record(MakeRecords(*tree, training.field, training.scale, training.seed + k, count),
+                      training.seed * 77 + k);
     tree = Advance(*tree, statistics, 4.0 * (1 << k));
   }
   return tree;
