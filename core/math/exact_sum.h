@@ -41,7 +41,16 @@ class ExactSum {
     return fits;
   }
 
-  void Merge(const ExactSum& other) { AddUnits(other.Units()); }
+  void Merge(const ExactSum& other) {
+    // As AddUnits, with one comparison for both limits: merging whole accumulators is bound by this loop.
+    uint64_t lo;
+    const bool carry = __builtin_add_overflow(lo_, other.lo_, &lo);
+    const uint64_t hi = static_cast<uint64_t>(hi_) + static_cast<uint64_t>(other.hi_) + carry;
+    constexpr uint64_t kInside = (uint64_t{1} << 62) - 1;
+    if (hi + kInside > 2 * kInside) [[unlikely]] return AddUnits(other.Units());
+    lo_ = lo;
+    hi_ = static_cast<int64_t>(hi);
+  }
 
   // The nearest double.
   double Value() const { return static_cast<double>(Units()) * 0x1p-56; }
