@@ -62,6 +62,7 @@ std::optional<LeaseEntry> LeaseTable::Grant(LeaseId id, const WorkerId& worker, 
   const uint32_t top = TreeNode::Root(unit_count()).level;
   while (node.level < top && node.index % 2 == 0) {
     const TreeNode parent = node.Parent();
+    if (parent.end(unit_count()) == node.end(unit_count())) break;  // the same units under a larger name
     if (parent.end(unit_count()) - parent.first() > max_units) break;
     bool all_free = true;
     for (uint32_t u = node.end(unit_count()); u < parent.end(unit_count()) && all_free; ++u) all_free = units_[u].free();

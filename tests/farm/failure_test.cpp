@@ -1,0 +1,202 @@
+// Kill, stop, restart: the image is the same bits, and nothing hangs.
+#include <signal.h>
+
+#include <fstream>
+#include <future>
+
+#include "coordinator/crash_point.h"
+#include "tests/farm/support/farm_fixture.h"
+
+namespace lodestar {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+class FarmFailure : public FarmFixture {
+ protected:
+  void WaitForPasses(const JobId& id, uint64_t passes) {
+    ASSERT_TRUE(Eventually(seconds(30), [&] {
+      const auto status = client().GetJob(id);
+      return status.passes >= passes || Ended(status.phase);
+    }));
+  }
+  void ExpectSame(const JobId& id, const JobSpec& spec) {
+    const auto status = Finish(id);
+    ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
+    EXPECT_TRUE(SameBits(client().GetImage(id), RenderHere(box_, spec).image));
+  }
+};
+
+class FarmCrash : public FarmFailure, public testing::WithParamInterface<std::string> {};
+
+TEST_P(FarmCrash, ResumesWithTheSameBits) {
+  StartCoordinator({"LODESTAR_CRASH_AT=" + GetParam()}, {"--checkpoint", "0.01"});
+  ASSERT_FALSE(HasFailure());
+  StartWorker();
+  StartWorker();
+  // Processes end with the thread that started them, so it is the client that moves to another one.
+  const auto spec = BoxJob("sdtree", 48);
+  JobId id;
+  auto done = std::async(std::launch::async, [&] {
+    id = SubmitBox(spec);
+    return Finish(id);
+  });
+  const int code = coordinator_.Wait(seconds(40));
+  if (code >= 0) StartCoordinator({}, {"--checkpoint", "0.01"});
+  const auto status = done.get();
+  EXPECT_EQ(code, 128 + SIGKILL) << "the crash point was not reached";
+  EXPECT_EQ(status.phase, JobPhase::kDone) << status.error;
+  EXPECT_TRUE(SameBits(client().GetImage(id), RenderHere(box_, spec).image));
+  EXPECT_EQ(client().ListJobs().size(), 1u) << "repeated submits made more than one job";
+}
+std::vector<std::string> AllCrashes() {
+  std::vector<std::string> all;
+  for (const char* name : CrashPoints()) all.push_back(std::string(name) + ":1");
+  // Later passages: the description of the job, a second checkpoint, a merge in the midst of training.
+  for (const char* name : {"blob-renamed:3", "checkpoint-blob:3", "checkpoint-committed:2", "contribution-merged:20"}) all.push_back(name);
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(At, FarmCrash, testing::ValuesIn(AllCrashes()), [](const auto& info) {
+  std::string name = info.param;
+  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return name;
+});
+
+TEST_F(FarmFailure, AKilledWorkerCostsNothingButTime) {
+  StartCoordinator();
+  StartWorker();
+  const auto spec = BoxJob("sdtree", 256);
+  const auto id = SubmitBox(spec);
+  WaitForPasses(id, 4);
+  workers_.front().Kill();
+  const auto before = client().GetJob(id);
+  ASSERT_EQ(before.phase, JobPhase::kRunning) << "the job was over before its worker was";
+  StartWorker();
+  StartWorker();
+  ExpectSame(id, spec);
+}
+
+TEST_F(FarmFailure, AStoppedWorkerIsOvertakenAndItsLateResultDropped) {
+  StartCoordinator();
+  auto& slow = StartWorker();
+  const auto spec = BoxJob("sdtree", 256);
+  const auto id = SubmitBox(spec);
+  WaitForPasses(id, 4);
+  slow.Signal(SIGSTOP);
+  ASSERT_EQ(client().GetJob(id).phase, JobPhase::kRunning);
+  StartWorker();
+  ExpectSame(id, spec);
+  slow.Signal(SIGCONT);
+  // It lives on and takes part in the next job.
+  workers_.back().Kill();
+  const auto next = SubmitBox(BoxJob("path", 8), "next");
+  EXPECT_EQ(Finish(next).phase, JobPhase::kDone);
+}
+
+TEST_F(FarmFailure, WorkersOutliveTheirCoordinator) {
+  StartCoordinator();
+  StartWorker();
+  StartWorker();
+  const auto spec = BoxJob("sdtree", 256);
+  const auto id = SubmitBox(spec);
+  WaitForPasses(id, 2);
+  coordinator_.Kill();
+  StartCoordinator();
+  ExpectSame(id, spec);
+  for (auto& worker : workers_) EXPECT_TRUE(worker.running());
+}
+
+TEST_F(FarmFailure, ACoordinatorEndsInOrderAndGoesOn) {
+  StartCoordinator();
+  StartWorker();
+  const auto spec = BoxJob("sdtree", 256);
+  const auto id = SubmitBox(spec);
+  WaitForPasses(id, 8);
+  const auto passes = client().GetJob(id).passes;
+  coordinator_.Signal(SIGTERM);
+  ASSERT_EQ(coordinator_.Wait(seconds(10)), 0);
+  StartCoordinator();
+  EXPECT_GE(client().GetJob(id).passes, passes) << "it did not store its position at its end";
+  ExpectSame(id, spec);
+}
+
+TEST_F(FarmFailure, ATermSignalDrainsAWorker) {
+  StartCoordinator();
+  auto& first = StartWorker();
+  const auto spec = BoxJob("sdtree", 256);
+  const auto id = SubmitBox(spec);
+  WaitForPasses(id, 4);
+  first.Signal(SIGTERM);
+  EXPECT_EQ(first.Wait(seconds(10)), 0);
+  StartWorker();
+  ExpectSame(id, spec);
+}
+
+TEST_F(FarmFailure, CancelStopsQuicklyAndKeepsTheImage) {
+  StartCoordinator();
+  StartWorker();
+  const auto id = SubmitBox(BoxJob("path", 1000000));
+  WaitForPasses(id, 2);
+  EXPECT_EQ(client().GetImage(id).width, 64u) << "the image so far, of a running job";
+  const auto start = std::chrono::steady_clock::now();
+  client().Cancel(id);
+  EXPECT_EQ(Finish(id).phase, JobPhase::kCancelled);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(5));
+  EXPECT_EQ(client().GetImage(id).width, 64u);
+  const auto next = SubmitBox(BoxJob("path", 4), "next");
+  EXPECT_EQ(Finish(next).phase, JobPhase::kDone) << "the worker is free again";
+}
+
+TEST_F(FarmFailure, ASecondCoordinatorTakesTheStoreOver) {
+  StartCoordinator();
+  StartWorker();
+  const auto id = SubmitBox(BoxJob("path", 1000000));
+  WaitForPasses(id, 2);
+  // Another on the same store, on another port: the old one is fenced and ends by itself.
+  Process old = std::move(coordinator_);
+  const int old_port = std::exchange(port_, 0);
+  auto old_client = std::move(client_);
+  StartCoordinator();
+  EXPECT_NE(port_, old_port);
+  try {
+    old_client->Cancel(id);  // makes it write
+  } catch (const Error&) {
+  }
+  EXPECT_EQ(old.Wait(seconds(20)), 4);
+}
+
+TEST_F(FarmFailure, ASceneInErrorFailsItsJobAlone) {
+  StartCoordinator();
+  StartWorker();
+  StartWorker();
+  const auto good = SubmitBox(BoxJob("path", 4), "good");
+  auto broken = box_;
+  const auto file = folder_.path() / "scene" / "broken.pbrt";
+  { std::ofstream(file) << "Camera \"perspective\"\nWorldBegin\nShape \"sphree\"\n"; }
+  broken = BundleScene({file.string()});
+  JobSubmission submission;
+  submission.name = "broken";
+  submission.spec = BoxJob("path", 4);
+  submission.scene = client().Upload(broken);
+  const auto bad = client().SubmitJob(submission);
+  const auto after = SubmitBox(BoxJob("path", 4), "after");
+  const auto status = Finish(bad);
+  EXPECT_EQ(status.phase, JobPhase::kFailed);
+  EXPECT_NE(status.error.find("broken.pbrt:3:"), std::string::npos) << status.error;
+  EXPECT_EQ(status.error.find(folder_.path().string()), std::string::npos) << "no paths of the worker's";
+  EXPECT_FALSE(status.log.empty());
+  EXPECT_EQ(Finish(good).phase, JobPhase::kDone);
+  EXPECT_EQ(Finish(after).phase, JobPhase::kDone);
+}
+
+TEST_F(FarmFailure, ListensOffLoopbackOnlyWhenTold) {
+  for (const char* listen : {"0.0.0.0:0", "127.evil.example:0", "[::]:0"}) {
+    Process refused({LODESTAR_BINARY_DIR "/bin/lodestar-coordinator", "--listen", listen, "--store", (folder_.path() / "other").string()}, folder_.path() / "coordinator.log");
+    EXPECT_EQ(refused.Wait(seconds(10)), 1) << listen;
+  }
+  EXPECT_NE(Log().find("--insecure"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lodestar

@@ -1,0 +1,169 @@
+#include "rpc/convert.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "lodestar/v1/farm.pb.h"
+
+namespace lodestar {
+namespace {
+
+const std::string kHash(64, 'a');
+
+SceneManifest Manifest() {
+  SceneManifest m;
+  m.main = "a/scene.pbrt";
+  m.files["a/scene.pbrt"] = {{kHash}, 10};
+  m.files["textures/x y.png"] = {{std::string(64, 'b')}, 1 << 20};
+  return m;
+}
+
+template <class F>
+std::string Refusal(F&& f) {
+  try {
+    f();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kInvalidInput);
+    return error.what();
+  }
+  ADD_FAILURE() << "was not refused";
+  return "";
+}
+
+TEST(Convert, JobSpecSurvives) {
+  JobSpec spec;
+  spec.method = "sdtree";
+  spec.options = {{"nee", "always"}, {"filter", "box"}};
+  spec.budget = {128, 60.5, 0.01};
+  spec.seed = ~0ull;
+  spec.resolution_x = 320;
+  spec.resolution_y = 180;
+  spec.filter = "gaussian";
+  spec.max_depth = 7;
+  spec.training_iterations = -1;
+  EXPECT_EQ(FromProto(ToProto(spec)).Serialize(), spec.Serialize());
+  spec.training_iterations = 3;
+  EXPECT_EQ(FromProto(ToProto(spec)).Serialize(), spec.Serialize());
+}
+
+TEST(Convert, RefusesValuesWithoutSense) {
+  auto spec = ToProto(JobSpec());
+  spec.mutable_budget()->set_seconds(-1);
+  EXPECT_NE(Refusal([&] { FromProto(spec); }).find("time budget"), std::string::npos);
+  spec = ToProto(JobSpec());
+  spec.set_resolution_x(100);
+  Refusal([&] { FromProto(spec); });
+  spec.set_resolution_y(1u << 31);
+  Refusal([&] { FromProto(spec); });
+  spec = ToProto(JobSpec());
+  spec.mutable_budget()->set_error(std::nan(""));
+  Refusal([&] { FromProto(spec); });
+}
+
+TEST(Convert, SubmissionsSurvive) {
+  JobSubmission s;
+  s.name = "night";
+  s.priority = -3;
+  s.scene = Manifest();
+  s.client_token = "token";
+  const auto back = FromProto(ToProto(s));
+  EXPECT_EQ(back.name, s.name);
+  EXPECT_EQ(back.priority, s.priority);
+  EXPECT_EQ(back.scene.main, s.scene.main);
+  EXPECT_EQ(back.scene.files, s.scene.files);
+  EXPECT_EQ(SceneManifest::Parse(s.scene.Serialize()).files, s.scene.files);
+}
+
+TEST(Convert, ManifestsStayInTheirFolder) {
+  for (const char* name : {"/etc/passwd", "../x", "a/../../x", "a//b", ".", "a/.", "", "a\\b", "a/", "a\nb"}) {
+    auto m = Manifest();
+    m.files[name] = {{kHash}, 1};
+    Refusal([&] { m.Validate(); });
+  }
+  auto m = Manifest();
+  m.main = "other.pbrt";
+  Refusal([&] { m.Validate(); });
+  m = Manifest();
+  m.files["x"] = {{"../../etc/passwd"}, 1};
+  Refusal([&] { m.Validate(); });
+  m = Manifest();
+  m.files["x"] = {{kHash}, kMaxAssetBytes + 1};
+  Refusal([&] { m.Validate(); });
+  Manifest().Validate();
+}
+
+TEST(Convert, LeasesSurvive) {
+  LeasedUnit lease;
+  lease.id = {77};
+  lease.job = {"job-3"};
+  lease.description = {kHash};
+  lease.duration = std::chrono::seconds(10);
+  lease.render = RenderUnit{{3, 2, 128, 4, 240, true}, {5, 6}, {kHash}, std::string("\0\1survey", 8)};
+  const auto back = FromProto(ToProto(lease));
+  EXPECT_EQ(back.id, lease.id);
+  EXPECT_EQ(back.job, lease.job);
+  EXPECT_EQ(back.duration, lease.duration);
+  EXPECT_EQ(back.render, lease.render);
+  lease.render.reset();
+  EXPECT_FALSE(FromProto(ToProto(lease)).render);
+  auto without = ToProto(lease);
+  without.clear_unit();
+  Refusal([&] { FromProto(without); });
+}
+
+TEST(Convert, ContributionHeadersSurviveOrAreRefused) {
+  ContributionHeader h{{"w"}, {1}, {"job-1"}, {1, 2, 3, 4, 5, false}, {2, 1}, {kHash}, {kHash}, 99, 0.5};
+  const auto back = FromProto(ToProto(h));
+  EXPECT_EQ(back.round, h.round);
+  EXPECT_EQ(back.node, h.node);
+  EXPECT_EQ(back.size, h.size);
+  EXPECT_EQ(back.seconds, h.seconds);
+  auto m = ToProto(h);
+  m.set_size(kMaxContributionBytes + 1);
+  Refusal([&] { FromProto(m); });
+  m = ToProto(h);
+  m.mutable_node()->set_level(40);
+  Refusal([&] { FromProto(m); });
+  m.mutable_node()->set_level(31);
+  m.mutable_node()->set_index(9);
+  Refusal([&] { FromProto(m); });
+  m = ToProto(h);
+  m.set_state_sha256("x");
+  Refusal([&] { FromProto(m); });
+  m = ToProto(h);
+  m.set_seconds(std::nan(""));
+  EXPECT_EQ(FromProto(m).seconds, 0) << "speed is only a hint";
+}
+
+TEST(Convert, StatusesSurvive) {
+  JobStatus s;
+  s.id = {"job-9"};
+  s.phase = JobPhase::kFailed;
+  s.error = "box.pbrt:1:2: no";
+  s.log = {"a", "b"};
+  s.passes = 12;
+  s.seconds_left = -1;
+  const auto back = FromProto(ToProto(s));
+  EXPECT_EQ(back.id, s.id);
+  EXPECT_EQ(back.phase, s.phase);
+  EXPECT_EQ(back.error, s.error);
+  EXPECT_EQ(back.log, s.log);
+  EXPECT_EQ(back.passes, s.passes);
+  auto m = ToProto(s);
+  m.set_phase(static_cast<v1::JobPhase>(17));
+  Refusal([&] { FromProto(m); });
+}
+
+TEST(UnknownFields, AreNamedAtAnyDepth) {
+  v1::SubmitJobRequest request;
+  *request.mutable_job() = ToProto(JobSubmission());
+  EXPECT_NO_THROW(RefuseUnknownFields(request));
+  auto* budget = request.mutable_job()->mutable_spec()->mutable_budget();
+  budget->GetReflection()->MutableUnknownFields(budget)->AddVarint(4711, 1);
+  const auto text = Refusal([&] { RefuseUnknownFields(request); });
+  EXPECT_NE(text.find("4711"), std::string::npos);
+  EXPECT_NE(text.find("lodestar.v1.Budget"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lodestar
