@@ -1,4 +1,6 @@
 #include <iostream>
+#include <memory>
+#include <sstream>
 
 #include "client/command.h"
 #include "client/suggest.h"
@@ -35,15 +37,41 @@ std::string ExplainExtras(CLI::App& app) {
   std::vector<std::string> names;
   CollectNames(command, &names);
   std::string text;
+  bool after_option = false;
   for (const std::string& word : app.remaining(true)) {
     const std::string name = word.substr(0, word.find('='));
-    if (!text.empty()) text += "\n";
     const bool option = name.starts_with("-");
+    if (!option && after_option) continue;  // the value of an option that nobody knows
+    after_option = option;
+    if (!text.empty()) text += "\n";
     text += option ? "unknown option " + name : (chosen.empty() ? "unknown command '" : "unexpected argument '") + word + "'";
     if (option || chosen.empty()) text += Suggestion(name, names);
   }
   return text;
 }
+
+// Breaks long descriptions, which CLI11 prints on one line.
+class WrappingFormatter final : public CLI::Formatter {
+ public:
+  std::string make_option_desc(const CLI::Option* option) const override {
+    constexpr size_t kWidth = 84;
+    std::string wrapped;
+    size_t column = 0;
+    std::istringstream words(CLI::Formatter::make_option_desc(option));
+    for (std::string word; words >> word;) {
+      if (column > 0 && column + 1 + word.size() > kWidth) {
+        wrapped += '\n';
+        column = 0;
+      } else if (column > 0) {
+        wrapped += ' ';
+        ++column;
+      }
+      wrapped += word;
+      column += word.size();
+    }
+    return wrapped;
+  }
+};
 
 int Report(const std::string& message, ExitCode code) {
   std::cout.flush();
@@ -64,7 +92,9 @@ int RunCli(int argc, const char* const* argv) {
   app.footer(kFooter);
   app.set_version_flag("--version", "lodestar " LODESTAR_VERSION);
   app.require_subcommand(0, 1);
-  app.get_formatter()->column_width(34);
+  auto formatter = std::make_shared<WrappingFormatter>();
+  formatter->column_width(34);
+  app.formatter(formatter);  // subcommands inherit it
 
   Invocation invocation;
   for (int i = 0; i < argc; ++i) invocation.command_line += (i > 0 ? " " : "") + ShellQuote(argv[i]);

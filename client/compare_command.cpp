@@ -134,13 +134,13 @@ void AddCompareCommand(CLI::App& app, Invocation& invocation) {
   sub->add_option("--methods", arguments->methods, "Methods with their options, e.g. path,sdtree:nee=always,combine=discard; the first is the baseline")
       ->capture_default_str()
       ->type_name("LIST");
-  sub->add_option("--seeds", arguments->seeds, "Runs of each method, with seeds --seed, --seed + 1, ...")->capture_default_str()->check(CLI::Range(1, 10000));
+  sub->add_option("--seeds", arguments->seeds, "Runs of each method, with seeds --seed, --seed + 1, ...")->capture_default_str()->check(Unnamed(CLI::Range(1, 10000)));
   sub->add_option("--reference", arguments->reference, "Measure the error against this image of the same size [estimate it from the variances]")
       ->type_name("FILE");
   sub->add_option("-o,--output", arguments->output, "Folder for report.html, report.md, compare.csv, compare.json, the plot, images and error maps")
       ->required()
       ->type_name("DIR");
-  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]")->check(CLI::Range(1, 4096));
+  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]")->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--json", arguments->json, "One JSON document on standard out");
   sub->add_flag("--quiet", arguments->quiet, "No progress on standard error");
   sub->footer(

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <set>
 
-#include "client/exit_code.h"
+#include "client/command.h"
 #include "client/suggest.h"
 #include "client/values.h"
 #include "core/scene/pbrt_parser.h"
@@ -27,9 +27,8 @@ std::pair<std::string, std::string> SplitAssignment(const std::string& text, con
 }
 
 std::string MethodList() {
-  std::string text = "Method:";
-  for (const MethodEntry& method : Methods()) text += " " + method.name + " (" + method.summary + ");";
-  text.back() = '.';
+  std::string text;
+  for (const MethodEntry& method : Methods()) text += (text.empty() ? "" : "; ") + method.name + ": " + method.summary;
   return text;
 }
 
@@ -134,25 +133,27 @@ void AddJobOptions(CLI::App& app, JobArguments& arguments, const JobOptionGroups
         ->take_all();
     app.add_option("--training-iterations", arguments.training_iterations,
                    "Learn for that many iterations; a run by time or error reports its number, and a replay needs it [-1: the method decides]")
-        ->check(CLI::Range(-1, 1000));
+        ->check(Unnamed(CLI::Range(-1, 1000)));
   }
   if (groups.budget) {
     app.add_option("--spp", arguments.spp, "Stop at that many samples per pixel, training included [the scene's, without any budget]")
-        ->check(CLI::PositiveNumber)
+        ->check(Unnamed(CLI::PositiveNumber))
         ->group("Budget (the first one reached ends the run)");
     app.add_option("--time", arguments.time, "Stop after this render time: 60s, 5m, 1h30m; loading and writing are not counted")
         ->type_name("DURATION")
         ->group("Budget (the first one reached ends the run)");
     app.add_option("--error", arguments.error, "Stop at this estimated relMSE (worst 0.1 % of pixels left out), e.g. 0.01")
-        ->check(CLI::PositiveNumber)
+        ->check(Unnamed(CLI::PositiveNumber))
         ->group("Budget (the first one reached ends the run)");
   }
   app.add_option("--resolution", arguments.resolution, "Pixels of the image [the scene's]")->type_name("WxH");
   app.add_option("--filter", arguments.filter, "Pixel filter: box, triangle, gaussian, mitchell [the scene's]")
-      ->check(CLI::IsMember({"box", "triangle", "gaussian", "mitchell"}))
+      ->check(Unnamed(CLI::IsMember({"box", "triangle", "gaussian", "mitchell"})))
       ->type_name("NAME");
-  app.add_option("--max-depth", arguments.max_depth, "Longest path in surface interactions [the scene's]")->check(CLI::Range(1, 1 << 20));
-  app.add_option("--seed", arguments.seed, "Seed of all random numbers; the same seed gives the same bits")->capture_default_str();
+  app.add_option("--max-depth", arguments.max_depth, "Longest path in surface interactions [the scene's]")->check(Unnamed(CLI::Range(1, 1 << 20)));
+  app.add_option("--seed", arguments.seed, "Seed of all random numbers; the same seed gives the same bits")
+      ->capture_default_str()
+      ->check(Unnamed(CLI::NonNegativeNumber));
   app.add_flag("--lenient", arguments.lenient, "Leave out and list what a scene has and Lodestar does not support, instead of refusing it");
   if (groups.method) AddMethodFlags(app, arguments);
 }

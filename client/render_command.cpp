@@ -44,14 +44,14 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
     result = RenderLocally(compiled, job, arguments.threads, reference, stop, progress);
   }
   const ExitCode code = InterruptGuard::Interrupted() ? ExitCode::kInterrupted : ExitCode::kOk;
-  if (result.report.passes == 0) {
-    std::fprintf(stderr, "nothing was rendered: the run ended before its first round\n");
-    return code;
-  }
 
   // 4. Its files.
   nlohmann::json report = CompleteReport(ReportToJson(result.report), {arguments.job.scene, command_line, description.left_out});
-  report["files"] = DeliverRender(paths, result.image, report, job.method);
+  if (result.report.passes == 0) {
+    std::fprintf(stderr, "no file was written: the run ended before its first round\n");
+  } else {
+    report["files"] = DeliverRender(paths, result.image, report, job.method);
+  }
   if (arguments.json) {
     std::cout << report.dump(2) << "\n";
   } else {
@@ -71,7 +71,7 @@ void AddRenderCommand(CLI::App& app, Invocation& invocation) {
                   "[SCENE.exr here]")
       ->type_name("FILE");
   sub->add_option("--reference", arguments->reference, "Measure the error against this image (.exr, .pfm) of the same size")->type_name("FILE");
-  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]; never changes the image")->check(CLI::Range(1, 4096));
+  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]; never changes the image")->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--json", arguments->json, "One JSON document on standard out: the report and the names of the files");
   sub->add_flag("--quiet", arguments->quiet, "No progress on standard error");
   sub->footer(

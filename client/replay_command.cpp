@@ -125,11 +125,11 @@ void AddReplayCommand(CLI::App& app, Invocation& invocation) {
   auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* sub = app.add_subcommand("replay", "Render one pixel sample again, as a health report asks");
   AddJobOptions(*sub, arguments->job, {.method = true, .budget = false});
-  sub->add_option("--spp", arguments->job.spp, "Samples per pixel the job ended with [pass + 1]")->check(CLI::PositiveNumber);
+  sub->add_option("--spp", arguments->job.spp, "Samples per pixel the job ended with [pass + 1]")->check(Unnamed(CLI::PositiveNumber));
   sub->add_option("--pixel", arguments->pixel, "The pixel, (0,0) the upper left one")->required()->type_name("X,Y");
   sub->add_option("--pass", arguments->pass, "The pass, counted through the whole job from 0")->required();
   sub->add_option("--iteration", arguments->iteration, "The training iteration whose state was in use")->capture_default_str();
-  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]")->check(CLI::Range(1, 4096));
+  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]")->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--json", arguments->json, "One JSON document on standard out");
   sub->footer("The health report of a render prints the whole command.\nExample:\n  lodestar replay scenes/cornell-box.pbrt --method path --pixel 12,34 --pass 7");
   sub->callback([arguments, &invocation] { invocation.run = [arguments] { return Replay(*arguments); }; });

@@ -12,7 +12,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-ComparisonRun Run(const std::string& label, uint64_t seed, double error, double seconds) {
+ComparisonRun RunOf(const std::string& label, uint64_t seed, double error, double seconds) {
   ComparisonRun run;
   run.label = label;
   run.seed = seed;
@@ -44,7 +44,7 @@ TEST(Comparison, SpreadHasMedianAndSampleDeviation) {
 }
 
 TEST(Comparison, RatioAndEfficiencyAreOfTheTrimmedError) {
-  const auto methods = Summarize({Run("path", 0, 0.4, 10), Run("sdtree:nee=always", 0, 0.1, 10), Run("path", 1, 0.6, 10), Run("sdtree:nee=always", 1, 0.1, 10)});
+  const auto methods = Summarize({RunOf("path", 0, 0.4, 10), RunOf("sdtree:nee=always", 0, 0.1, 10), RunOf("path", 1, 0.6, 10), RunOf("sdtree:nee=always", 1, 0.1, 10)});
   ASSERT_EQ(methods.size(), 2u);
   EXPECT_EQ(methods[0]["method"], "path");
   EXPECT_DOUBLE_EQ(methods[0]["ratio_to_first"], 1);
@@ -56,7 +56,7 @@ TEST(Comparison, RatioAndEfficiencyAreOfTheTrimmedError) {
 }
 
 TEST(Comparison, WithoutAReferenceTheEstimateIsRanked) {
-  ComparisonRun run = Run("path", 0, 0.4, 2);
+  ComparisonRun run = RunOf("path", 0, 0.4, 2);
   run.metrics.reset();
   const auto methods = Summarize({run});
   EXPECT_FALSE(methods[0].contains("relmse_trimmed"));
@@ -65,7 +65,7 @@ TEST(Comparison, WithoutAReferenceTheEstimateIsRanked) {
 
 TEST(Comparison, ReportsShowEveryMethodAndEscapeWhatHtmlWouldRead) {
   nlohmann::json document = {{"scene", "a<b>.pbrt"}, {"command", "lodestar compare 'a<b>.pbrt'"}, {"reference", "ref.exr"}, {"plot", "compare-error.png"}};
-  document["methods"] = Summarize({Run("path", 0, 0.4, 10), Run("sdtree", 0, 0.1, 10)});
+  document["methods"] = Summarize({RunOf("path", 0, 0.4, 10), RunOf("sdtree", 0, 0.1, 10)});
   const std::string markdown = MarkdownReport(document), html = HtmlReport(document);
   EXPECT_THAT(markdown, HasSubstr("| path "));
   EXPECT_THAT(markdown, HasSubstr("| sdtree "));
