@@ -54,7 +54,7 @@ std::vector<std::string> AllCrashes() {
   std::vector<std::string> all;
   for (const char* name : CrashPoints()) all.push_back(std::string(name) + ":1");
   // Later passages: the description of the job, a second checkpoint, a merge in the midst of training.
-  for (const char* name : {"blob-renamed:3", "checkpoint-blob:3", "checkpoint-committed:2", "contribution-merged:20"}) all.push_back(name);
+  for (const char* name : {"blob-renamed:3", "checkpoint-blob:3", "checkpoint-committed:2", "contribution-merged:6"}) all.push_back(name);
   return all;
 }
 INSTANTIATE_TEST_SUITE_P(At, FarmCrash, testing::ValuesIn(AllCrashes()), [](const auto& info) {

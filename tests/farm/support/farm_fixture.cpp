@@ -1,5 +1,6 @@
 #include "tests/farm/support/farm_fixture.h"
 
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <future>
@@ -47,7 +48,7 @@ FarmFixture::~FarmFixture() {
   client_.reset();
   for (auto& worker : workers_) worker.Kill();
   coordinator_.Kill();
-  if (HasFailure()) std::cerr << Log();
+  if (HasFailure() || std::getenv("LODESTAR_TEST_LOG")) std::cerr << Log();
 }
 
 void FarmFixture::StartCoordinator(const std::vector<std::string>& environment, const std::vector<std::string>& options) {
