@@ -10,7 +10,7 @@ namespace lodestar {
 
 void AddCancelCommand(CLI::App& app, Invocation& invocation) {
   struct Arguments {
-    std::string farm;
+    FarmAddress farm;
     std::vector<std::string> jobs;
     bool json = false;
   };
@@ -21,7 +21,7 @@ void AddCancelCommand(CLI::App& app, Invocation& invocation) {
   sub->add_flag("--json", arguments->json, "One JSON document on standard out");
   sub->callback([arguments, &invocation] {
     invocation.run = [arguments] {
-      FarmClient farm(arguments->farm);
+      FarmClient farm(arguments->farm.address, arguments->farm.options);
       for (const std::string& job : arguments->jobs) {
         OnFarm([&] { farm.Cancel({job}); });
         if (!arguments->json) std::cout << "cancelled " << job << "\n";

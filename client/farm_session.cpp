@@ -25,9 +25,11 @@ void SayWaiting(const JobStatus& status, std::string* said) {
 
 }  // namespace
 
-void AddFarmOption(CLI::App& app, std::string& address) {
-  address = "localhost:7420";
-  app.add_option("--farm", address, "The coordinator")->envname("LODESTAR_FARM")->capture_default_str()->type_name("HOST:PORT");
+void AddFarmOption(CLI::App& app, FarmAddress& farm) {
+  app.add_option("--farm", farm.address, "The coordinator")->envname("LODESTAR_FARM")->capture_default_str()->type_name("HOST:PORT");
+  app.add_option("--retry", farm.options.retry_seconds, "Seconds to go on trying while the coordinator does not answer")
+      ->check(CLI::NonNegativeNumber.description(""))
+      ->capture_default_str();
 }
 
 void ThrowFarmError(const Error& error) {

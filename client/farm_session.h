@@ -12,8 +12,12 @@
 
 namespace lodestar {
 
-// --farm HOST:PORT, or LODESTAR_FARM, or localhost:7420.
-void AddFarmOption(CLI::App& app, std::string& address);
+struct FarmAddress {
+  std::string address = "localhost:7420";
+  FarmClient::Options options;
+};
+// --farm HOST:PORT (or LODESTAR_FARM) and --retry.
+void AddFarmOption(CLI::App& app, FarmAddress& farm);
 
 // Runs a call to the farm; an unreachable one becomes CommandError(kFarmUnreachable), a refusal CommandError(kJobFailed).
 [[noreturn]] void ThrowFarmError(const Error& error);

@@ -11,7 +11,8 @@ namespace lodestar {
 
 void AddImageCommand(CLI::App& app, Invocation& invocation) {
   struct Arguments {
-    std::string farm, job;
+    FarmAddress farm;
+    std::string job;
     FollowOptions follow;
   };
   auto arguments = std::make_shared<Arguments>();
@@ -29,7 +30,7 @@ void AddImageCommand(CLI::App& app, Invocation& invocation) {
       follow.command_line = command_line;
       if (follow.output.empty()) follow.output = arguments->job + ".exr";
       PrepareFolder(OutputPaths::For(follow.output).image);
-      FarmClient farm(arguments->farm);
+      FarmClient farm(arguments->farm.address, arguments->farm.options);
       const JobStatus status = OnFarm([&] { return farm.GetJob({arguments->job}); });
       const nlohmann::json report = DeliverJob(farm, status, follow);
       std::cout << (follow.json ? report.dump(2) + "\n" : Summary(report));

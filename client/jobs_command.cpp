@@ -10,7 +10,7 @@ namespace lodestar {
 
 void AddJobsCommand(CLI::App& app, Invocation& invocation) {
   struct Arguments {
-    std::string farm;
+    FarmAddress farm;
     bool json = false;
   };
   auto arguments = std::make_shared<Arguments>();
@@ -19,7 +19,7 @@ void AddJobsCommand(CLI::App& app, Invocation& invocation) {
   sub->add_flag("--json", arguments->json, "One JSON document on standard out");
   sub->callback([arguments, &invocation] {
     invocation.run = [arguments] {
-      const auto jobs = OnFarm([&] { return FarmClient(arguments->farm).ListJobs(); });
+      const auto jobs = OnFarm([&] { return FarmClient(arguments->farm.address, arguments->farm.options).ListJobs(); });
       if (arguments->json) {
         nlohmann::json list = nlohmann::json::array();
         for (const JobStatus& job : jobs) list.push_back(StatusToJson(job));

@@ -11,7 +11,8 @@ namespace lodestar {
 
 void AddReportCommand(CLI::App& app, Invocation& invocation) {
   struct Arguments {
-    std::string farm, job;
+    FarmAddress farm;
+    std::string job;
     bool json = false, csv = false;
   };
   auto arguments = std::make_shared<Arguments>();
@@ -23,7 +24,7 @@ void AddReportCommand(CLI::App& app, Invocation& invocation) {
   sub->footer("Example:\n  lodestar report job-17 --csv > door.csv");
   sub->callback([arguments, &invocation] {
     invocation.run = [arguments, command_line = invocation.command_line] {
-      FarmClient farm(arguments->farm);
+      FarmClient farm(arguments->farm.address, arguments->farm.options);
       const JobStatus status = OnFarm([&] { return farm.GetJob({arguments->job}); });
       const std::string text = OnFarm([&] { return farm.GetReport({arguments->job}); });
       nlohmann::json report = nlohmann::json::parse(text, nullptr, false);

@@ -18,7 +18,8 @@ namespace {
 
 struct SubmitArguments {
   JobArguments job;
-  std::string farm, name;
+  FarmAddress farm;
+  std::string name;
   FollowOptions follow;
   int priority = 0;
   bool watch = false;
@@ -63,7 +64,7 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
       CheckReferenceSize(ReadImageFile(follow.reference), follow.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
     }
   }
-  FarmClient farm(arguments.farm);
+  FarmClient farm(arguments.farm.address, arguments.farm.options);
   submission.scene = Upload(farm, description, follow.quiet);
   const JobId id = OnFarm([&] { return farm.SubmitJob(submission); });
   if (arguments.watch || !follow.output.empty()) {
@@ -71,7 +72,7 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
     return FollowJob(farm, id, follow);
   }
   if (follow.json) {
-    std::cout << nlohmann::json{{"job", id.value}, {"name", submission.name}, {"farm", arguments.farm}}.dump(2) << "\n";
+    std::cout << nlohmann::json{{"job", id.value}, {"name", submission.name}, {"farm", arguments.farm.address}}.dump(2) << "\n";
   } else {
     std::cout << id.value << "\n";
   }

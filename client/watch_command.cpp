@@ -8,7 +8,8 @@ namespace lodestar {
 
 void AddWatchCommand(CLI::App& app, Invocation& invocation) {
   struct Arguments {
-    std::string farm, job;
+    FarmAddress farm;
+    std::string job;
     FollowOptions follow;
   };
   auto arguments = std::make_shared<Arguments>();
@@ -25,7 +26,7 @@ void AddWatchCommand(CLI::App& app, Invocation& invocation) {
       FollowOptions follow = arguments->follow;
       follow.command_line = command_line;
       if (!follow.output.empty()) PrepareFolder(OutputPaths::For(follow.output).image);
-      FarmClient farm(arguments->farm);
+      FarmClient farm(arguments->farm.address, arguments->farm.options);
       return FollowJob(farm, {arguments->job}, follow);
     };
   });

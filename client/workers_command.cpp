@@ -12,7 +12,7 @@ namespace lodestar {
 
 void AddWorkersCommand(CLI::App& app, Invocation& invocation) {
   struct Arguments {
-    std::string farm;
+    FarmAddress farm;
     bool json = false;
   };
   auto arguments = std::make_shared<Arguments>();
@@ -21,7 +21,7 @@ void AddWorkersCommand(CLI::App& app, Invocation& invocation) {
   sub->add_flag("--json", arguments->json, "One JSON document on standard out");
   sub->callback([arguments, &invocation] {
     invocation.run = [arguments] {
-      const auto workers = OnFarm([&] { return FarmClient(arguments->farm).Workers(); });
+      const auto workers = OnFarm([&] { return FarmClient(arguments->farm.address, arguments->farm.options).Workers(); });
       nlohmann::json list = nlohmann::json::array();
       for (const WorkerStatus& worker : workers) {
         if (arguments->json) {
@@ -42,7 +42,7 @@ void AddWorkersCommand(CLI::App& app, Invocation& invocation) {
       if (arguments->json) {
         std::cout << nlohmann::json{{"workers", list}}.dump(2) << "\n";
       } else if (workers.empty()) {
-        std::cout << "no workers; start one with: lodestar-worker --coordinator " << arguments->farm << "\n";
+        std::cout << "no workers; start one with: lodestar-worker --coordinator " << arguments->farm.address << "\n";
       }
       return ExitCode::kOk;
     };

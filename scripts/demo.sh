@@ -31,20 +31,22 @@ out=$root/out
 run=$(mktemp -d "${TMPDIR:-/tmp}/lodestar-demo-XXXXXX")
 mkdir -p "$out"
 
-# Only what was started here is ended, by its id: politely, then for good.
+# Only what was started here is ended, by its id: politely, then for good. The workers first: they hand back what they have to the coordinator.
 started=()
-finish() {
-  local code=$? pid
-  trap - EXIT INT TERM
-  for pid in ${started[@]+"${started[@]}"}; do kill "$pid" 2>/dev/null || true; done
-  for _ in $(seq 50); do
-    local alive=0
-    for pid in ${started[@]+"${started[@]}"}; do kill -0 "$pid" 2>/dev/null && alive=1; done
-    [ $alive -eq 0 ] && break
-    sleep 0.1
+end() {
+  kill "$1" 2>/dev/null || return 0
+  for _ in $(seq 100); do
+    kill -0 "$1" 2>/dev/null || return 0
+    sleep 0.05
   done
-  for pid in ${started[@]+"${started[@]}"}; do kill -9 "$pid" 2>/dev/null || true; done
-  wait 2>/dev/null || true
+  kill -9 "$1" 2>/dev/null || true
+}
+finish() {
+  local code=$? i
+  trap - EXIT
+  trap '' INT TERM
+  for ((i = ${#started[@]} - 1; i > 0; i--)); do kill "${started[i]}" 2>/dev/null || true; done
+  for ((i = ${#started[@]} - 1; i >= 0; i--)); do end "${started[i]}"; done
   if [ $code -ne 0 ] && [ $code -ne 130 ]; then
     echo "demo: failed; the last lines of the farm's logs:" >&2
     tail -n 5 "$run"/*.log >&2 || true
@@ -63,6 +65,7 @@ start() {
   shift
   setsid "$@" >"$log" 2>&1 &
   started+=($!)
+  disown  # no "Killed" from the shell
 }
 start "$run/coordinator.log" "$bin/lodestar-coordinator" --listen 127.0.0.1:0 --store "$run/store" --port-file "$run/port"
 for _ in $(seq 100); do

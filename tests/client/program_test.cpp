@@ -196,7 +196,7 @@ TEST(Program, AnInterruptWritesTheImageSoFar) {
 
 TEST(Program, AFarmThatDoesNotAnswerEndsWithFive) {
   // Port 1 of the loopback: nothing listens there.
-  const Ran ran = RunLodestar({"jobs", "--farm", "127.0.0.1:1"});
+  const Ran ran = RunLodestar({"jobs", "--farm", "127.0.0.1:1", "--retry", "0.2"});
   EXPECT_EQ(ran.code, 5) << ran.err;
   EXPECT_THAT(ran.err, AllOf(HasSubstr("127.0.0.1:1"), HasSubstr("--farm")));
 }
