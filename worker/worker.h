@@ -64,6 +64,10 @@ class Worker {
   AssetCache assets_;
   JobCache jobs_;
 
+  // Of the rendering thread, and of the delivering one: what the log says at the end.
+  uint64_t leases_ = 0, delivered_bytes_ = 0;
+  double rendering_seconds_ = 0, delivering_seconds_ = 0;
+
   std::mutex register_;
   std::mutex mutex_;
   std::condition_variable changed_;
