@@ -180,18 +180,23 @@ void Farm::Persist(Job& job, const std::function<void(StoredJob&)>& change) {
 }
 
 void Farm::EndJob(Job& job, JobPhase phase, const std::string& error) {
+  std::string name;
+  {
+    std::lock_guard lock(mutex_);
+    name = job.stored.id().value + " (" + job.stored.name + ")";
+  }
   try {
     Persist(job, [&](StoredJob& stored) {
       stored.phase = phase;
       stored.error = error;
     });
   } catch (const Error& store_error) {
-    spdlog::error("{} has ended, which could not be stored: {}", job.stored.id().value, store_error.what());
+    spdlog::error("{} has ended, which could not be stored: {}", name, store_error.what());
     std::lock_guard lock(mutex_);
     job.stored.phase = phase;
     job.stored.error = error;
   }
-  spdlog::info("{} ({}) {}{}{}", job.stored.id().value, job.stored.name, JobPhaseName(phase), error.empty() ? "" : ": ", error);
+  spdlog::info("{} {}{}{}", name, JobPhaseName(phase), error.empty() ? "" : ": ", error);
   Deferred deferred;
   std::lock_guard lock(mutex_);
   job.surveys.clear();

@@ -97,9 +97,14 @@ void Farm::Drive(Job& job) {
   try {
     // Step 1: the loop, from where it was.
     JobCheckpoint resumed;
-    std::unique_ptr<Loop> loop = Restored(*blobs_, job.stored, &resumed);
-    if (!loop) loop = std::make_unique<Loop>(job.spec, Survey::Parse(job.stored.survey));
-    if (job.stored.phase != JobPhase::kRunning) Persist(job, [](StoredJob& stored) { stored.phase = JobPhase::kRunning; });
+    StoredJob stored;
+    {
+      std::lock_guard lock(mutex_);
+      stored = job.stored;
+    }
+    std::unique_ptr<Loop> loop = Restored(*blobs_, stored, &resumed);
+    if (!loop) loop = std::make_unique<Loop>(job.spec, Survey::Parse(stored.survey));
+    if (stored.phase != JobPhase::kRunning) Persist(job, [](StoredJob& stored) { stored.phase = JobPhase::kRunning; });
     // Step 2: checkpoints, at the pace of the options.
     CheckpointWriter writer;
     auto last = clock_.Now();
@@ -174,17 +179,19 @@ void Farm::Drive(Job& job) {
     failure = std::string("a bug of the coordinator: ") + error.what();
   }
   bool cancelled = false, ending = false;
+  JobPhase phase;
   {
     std::lock_guard lock(mutex_);
     cancelled = job.cancelled;
     ending = ending_;
+    phase = job.stored.phase;
     job.driving = false;
     if (!failure.empty() && (job.log.empty() || job.log.back() != failure)) job.Log(failure);
   }
   if (!failure.empty()) {
     EndJob(job, JobPhase::kFailed, failure);
   } else if (stored_result) {
-    EndJob(job, job.stored.phase, "");
+    EndJob(job, phase, "");
   } else if (cancelled) {
     EndJob(job, JobPhase::kCancelled, "");
   } else if (!ending) {

@@ -1,0 +1,45 @@
+// A coordinator within the test's process, reached over real gRPC.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "coordinator/service/server.h"
+#include "rpc/farm_client.h"
+#include "rpc/work_client.h"
+#include "tests/farm/support/farm_fixture.h"
+
+namespace lodestar {
+
+struct InProcessFarm : testing::Test {
+  TemporaryFolder folder;
+  SceneBundle box = WriteBox(folder.path() / "scene");
+  std::unique_ptr<Farm> farm;
+  std::unique_ptr<Server> server;
+  std::unique_ptr<FarmClient> client;
+
+  InProcessFarm() {
+    Farm::Options options;
+    options.store = folder.path() / "store";
+    options.leases.duration = std::chrono::seconds(2);
+    options.leases.straggler_grace = std::chrono::milliseconds(50);
+    options.leases.unknown_grace = std::chrono::milliseconds(300);
+    options.blobs.reserve_bytes = 1 << 20;
+    farm = std::make_unique<Farm>(options);
+    server = std::make_unique<Server>(*farm, Server::Options());
+    client = std::make_unique<FarmClient>(server->address());
+  }
+  ~InProcessFarm() override {
+    client.reset();
+    server.reset();
+    farm.reset();
+  }
+  JobId SubmitBox(const JobSpec& spec) {
+    JobSubmission submission;
+    submission.name = "box";
+    submission.spec = spec;
+    submission.scene = client->Upload(box);
+    return client->SubmitJob(submission);
+  }
+};
+
+}  // namespace lodestar
