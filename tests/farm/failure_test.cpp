@@ -156,11 +156,11 @@ TEST_F(FarmFailure, ASecondCoordinatorTakesTheStoreOver) {
   // Another on the same store, on another port: the old one is fenced and ends by itself.
   Process old = std::move(coordinator_);
   const int old_port = std::exchange(port_, 0);
-  auto old_client = std::move(client_);
+  client_ = nullptr;
   StartCoordinator();
   EXPECT_NE(port_, old_port);
   try {
-    old_client->Cancel(id);  // makes it write
+    FarmClient("127.0.0.1:" + std::to_string(old_port), FarmClient::Options{0}).Cancel(id);  // makes it write
   } catch (const Error&) {
   }
   EXPECT_EQ(old.Wait(seconds(20)), 4);
