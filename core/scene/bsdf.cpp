@@ -233,8 +233,7 @@ Rgb Bsdf::Albedo(Vec3 wo) const {
     case Kind::kCoatedDiffuse:
     case Kind::kSmoothCoatedDiffuse: {
       const CoatState state = CoatAt({wo.x, wo.y, mu});
-      const float mean = table_->MeanTransmittance({coat_row_, coat_row_t_});
-      return Rgb(coat_flat_ ? state.reflectance : 1 - state.transmittance) + b_ * (kPi * state.transmittance * mean);
+      return Rgb(state.reflectance) + a_ * state.transmittance;
     }
     case Kind::kCoatedConductor:
       return FlatCoatedConductorReflectance(mu);

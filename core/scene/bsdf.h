@@ -56,7 +56,7 @@ class Bsdf {
   Rgb Albedo(Vec3 wo) const;
 
   // Factories; `alpha` are GGX alphas after remapping. Alphas (both) below kSmoothAlpha become delta lobes, as does a dielectric of eta 1.
-  // All are cheap enough to be called at every hit, where textures vary; the coated ones look their table up by (eta, thickness), which
+  // All are cheap enough to be called at every hit, where textures vary; the coated ones look their table up by eta, which
   // the first call builds (20 ms): call them once while compiling.
   static Bsdf Diffuse(Rgb reflectance);
   // Exact Fresnel reflection of a complex index by single scattering on GGX, as pbrt-v4. `energy_compensation` adds the multiply scattered light
@@ -65,12 +65,14 @@ class Bsdf {
   static Bsdf Conductor(Rgb eta, Rgb k, Vec2 alpha, bool energy_compensation = false);
   static Bsdf Dielectric(float eta, Vec2 alpha);
   static Bsdf ThinDielectric(float eta);
-  // A Lambertian base under a dielectric interface: exact but for the table's interpolation (alpha.x != alpha.y: the table's isotropic
-  // transmittance at sqrt(alpha.x alpha.y)). See bsdf_coated.cpp.
-  static Bsdf CoatedDiffuse(Rgb reflectance, float eta, Vec2 alpha, const CoatOptions& coat = {});
-  // A conductor under a dielectric interface: exact for a flat interface up to the first reflection on the base (and in full where both are
-  // flat), approximate beyond. eta, k are relative to vacuum and divided by interface_eta here, as pbrt-v4 does. See bsdf_coated.cpp.
-  static Bsdf CoatedConductor(float interface_eta, Vec2 interface_alpha, Rgb eta, Rgb k, Vec2 alpha, const CoatOptions& coat = {});
+  // A Lambertian base coupled to the reflection lobe of a dielectric coat (Kelemen and Szirmay-Kalos 2001): reciprocal, linear in the
+  // reflectance, and of albedo 1 in every direction where that is 1, for smooth and rough coats alike; 0.9 to 1 for anisotropic ones, whose
+  // coupling is looked up at an isotropic alpha for each direction. See bsdf_coated.cpp and docs/decisions/0006-coats.md.
+  static Bsdf CoatedDiffuse(Rgb reflectance, float eta, Vec2 alpha);
+  // A conductor under a dielectric interface, nothing absorbed between: exact for a flat interface up to the first reflection on the base
+  // (and in full where both are flat), approximate beyond. eta, k are relative to vacuum and divided by interface_eta here, as pbrt-v4 does.
+  // See bsdf_coated.cpp.
+  static Bsdf CoatedConductor(float interface_eta, Vec2 interface_alpha, Rgb eta, Rgb k, Vec2 alpha);
   static Bsdf DiffuseTransmission(Rgb reflectance, Rgb transmittance);
   static Bsdf None();
 
@@ -107,7 +109,7 @@ class Bsdf {
 
   // What of a coat depends on wo alone.
   struct CoatState {
-    float reflectance;         // Fresnel at wo; of a flat interface only
+    float reflectance;         // of the lobe: Fresnel at wo of a flat interface, else 1 - transmittance
     float transmittance;       // to the base
     float lobe_probability;    // of sampling the coat's own lobe
   };
@@ -118,21 +120,21 @@ class Bsdf {
   std::optional<BsdfSample> SampleCoatedConductor(Vec3 wo, float u_lobe, Vec2 u) const;
   Rgb FlatCoatedConductorReflectance(float cos_o) const;
   BsdfValue CoatLobe(Vec3 wo, Vec3 wi) const;
-  float CoatTransmittance(float mu) const;
-  void SetCoat(float eta, Vec2 alpha, const CoatOptions& coat);
+  float CoatTransmittance(Vec3 w) const;
+  float MeanCoatTransmittance() const;
+  void SetCoat(float eta, Vec2 alpha);
 
   Kind kind_ = Kind::kNone;
   bool coat_flat_ = false, base_flat_ = false, compensated_ = false;
-  uint8_t base_bounces_ = 0;        // of a coat's walk; 0: the whole series
   uint8_t coat_row_ = 0, base_row_ = 0;
   Rgb a_;                           // reflectance, or eta of a conductor
   Rgb b_;                           // transmittance, k of a conductor, or the scale of a coated base
-  Rgb c_;                           // compensation of a conductor
+  Rgb c_;                           // compensation of a conductor; of a coated diffuse base 1 / (pi (1 - E_avg))
   float eta_ = 1, inverse_eta_ = 1;  // of the inside (below) over the outside
   Vec2 alpha_;                      // of the interface, or of a conductor without a coat
   Vec2 base_alpha_;                 // of a coated conductor, widened by the coat
   float coat_row_t_ = 0, base_row_t_ = 0;
-  float base_energy_ = 0;           // of the base per unit of light transmitted to it; estimate for sampling
+  float base_energy_ = 0;           // of the base per unit of light transmitted to it: exact for a diffuse one, an estimate for sampling of a conductor
   const CoatTable* table_ = nullptr;
 };
 static_assert(sizeof(Bsdf) <= 96 && std::is_trivially_copyable_v<Bsdf>);

@@ -1,31 +1,18 @@
 // What a dielectric coat lets through, tabulated: the quantities from which the coated materials are composed
-// analytically.
+// analytically (bsdf_coated.cpp).
 //
-// A coat is a flat or GGX-rough dielectric interface over an empty layer. pbrt-v4's layered materials let the layer
-// absorb exp(-thickness / |cos|) on every crossing even without a medium (thickness 0.01 unless the scene says
-// otherwise) and cut the walk after `maxdepth` interactions with either boundary; both are reproduced here, so that the
-// means agree.
+// A coat is a flat or GGX-rough dielectric interface over an empty, lossless layer.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "core/math/vec.h"
 
 namespace lodestar {
 
-// As pbrt-v4's parameters "thickness" and "maxdepth" of its coated materials, with its defaults.
-struct CoatOptions {
-  float thickness = 0.01f;  // 0: a lossless coat
-  int max_depth = 10;       // interactions inside the coat; 0: no limit (the whole series)
-  // Interactions alternate between base and interface, beginning with the base.
-  int BaseBounces() const { return max_depth <= 0 ? 0 : (max_depth + 1) / 2; }
-};
-
-// The part of light that crosses the layer once at the cosine mu.
-float LayerTransmittance(float thickness, float mu);
-
 // Tables over (mu, alpha) of one coat, alpha isotropic: alpha = (row / (kAlphas - 1))^2, row 0 the flat interface;
-// linear between nodes.
+// linear in mu and alpha^2 between nodes.
 class CoatTable {
  public:
   static constexpr int kMus = 128, kAlphas = 32, kBaseMus = 64;
@@ -37,26 +24,29 @@ class CoatTable {
 
   // The table of a coat: computed at first use (about 20 ms) and kept for the life of the process; any thread. Later
   // calls take no lock.
-  static const CoatTable& For(float eta, float thickness);
+  static const CoatTable& For(float eta);
 
-  // Flux that reaches the base per unit flux arriving from outside at mu, by single scattering on the rough interface.
-  // By reciprocity also what leaves towards mu from diffuse light inside: radiance outside = Transmittance(mu) / eta^2
-  // * radiance inside.
+  // 1 - E(mu), E the directional albedo of the coat's own reflection lobe (single scattering, dielectric Fresnel): what
+  // that lobe leaves of the flux arriving from outside at mu. It counts light that a rough interface would scatter more
+  // than once as let through, so that lobe and remainder add up to 1.
   float Transmittance(float mu, Row row) const { return Lookup2(transmittance_.data(), kMus, mu, row); }
-  // Its cosine-weighted mean over the hemisphere.
+  // 1 - E_avg, its cosine-weighted mean over the hemisphere: exactly that of the interpolated table; > 0.
   float MeanTransmittance(Row row) const { return Lookup1(mean_transmittance_.data(), row); }
-  // Diffuse flux leaving the base that comes back to it from the interface.
-  float InternalReflectance(Row row) const { return Lookup1(internal_reflectance_.data(), row); }
+  // What reaches the base by single scattering: refracted, and neither masked nor shadowed. Below Transmittance() where
+  // the interface is rough.
+  float SingleScatterTransmittance(float mu, Row row) const {
+    return Lookup2(single_scatter_transmittance_.data(), kMus, mu, row);
+  }
   // Under the flat interface, over a white GGX base (its alpha in `row`) lit from outside at mu: flux that leaves after
-  // the second reflection on the base per flux that leaves after the first, and the mean of that ratio for later ones.
+  // the second reflection on the base per flux that leaves after the first, and the mean of that ratio for later ones
+  // (< 1).
   float SecondBounce(float mu, Row row) const { return Lookup2(second_bounce_.data(), kBaseMus, mu, row); }
   float LaterBounces(float mu, Row row) const { return Lookup2(later_bounces_.data(), kBaseMus, mu, row); }
 
   float eta() const { return eta_; }
-  float thickness() const { return thickness_; }
 
  private:
-  CoatTable(float eta, float thickness);
+  explicit CoatTable(float eta);
   void FillBounces(int row, float alpha);
   static float Lookup1(const float* table, Row row) {
     return table[row.index] + row.t * (table[row.index + 1] - table[row.index]);
@@ -71,9 +61,9 @@ class CoatTable {
     return a + row.t * (b - a);
   }
 
-  float eta_, thickness_;
-  std::array<float, kAlphas * kMus> transmittance_;
-  std::array<float, kAlphas> mean_transmittance_, internal_reflectance_;
+  float eta_;
+  std::array<float, kAlphas * kMus> transmittance_, single_scatter_transmittance_;
+  std::array<float, kAlphas> mean_transmittance_;
   std::array<float, kAlphas * kBaseMus> second_bounce_, later_bounces_;
 };
 

@@ -17,7 +17,6 @@ struct BsdfCase {
 inline const Rgb kGoldEta{0.143f, 0.375f, 1.442f}, kGoldK{3.983f, 2.386f, 1.603f};
 
 inline std::vector<BsdfCase> BsdfCases() {
-  const CoatOptions lossless{.thickness = 0, .max_depth = 0};
   return {
       {"diffuse", Bsdf::Diffuse({0.8f, 0.5f, 0.2f})},
       {"conductor 0.02", Bsdf::Conductor(kGoldEta, kGoldK, {0.02f, 0.02f})},
@@ -35,7 +34,7 @@ inline std::vector<BsdfCase> BsdfCases() {
       {"coated diffuse 0.1", Bsdf::CoatedDiffuse({0.8f, 0.5f, 0.2f}, 1.5f, {0.1f, 0.1f})},
       {"coated diffuse 0.4 x 0.1", Bsdf::CoatedDiffuse(Rgb(0.3f), 1.7f, {0.4f, 0.1f})},
       {"coated diffuse, smooth", Bsdf::CoatedDiffuse({0.8f, 0.5f, 0.2f}, 1.5f, {0, 0})},
-      {"coated diffuse, smooth, lossless", Bsdf::CoatedDiffuse({0.8f, 0.5f, 0.2f}, 1.5f, {0, 0}, lossless)},
+      {"coated diffuse 0.8", Bsdf::CoatedDiffuse({0.8f, 0.5f, 0.2f}, 1.5f, {0.8f, 0.8f})},
       {"coated conductor 0 over 0.2", Bsdf::CoatedConductor(1.5f, {0, 0}, kGoldEta, kGoldK, {0.2f, 0.2f})},
       {"coated conductor 0.2 over 0.1", Bsdf::CoatedConductor(1.5f, {0.2f, 0.2f}, kGoldEta, kGoldK, {0.1f, 0.1f})},
       {"coated conductor 0.3 over 0", Bsdf::CoatedConductor(1.5f, {0.3f, 0.3f}, kGoldEta, kGoldK, {0, 0})},

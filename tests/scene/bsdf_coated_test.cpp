@@ -1,5 +1,8 @@
-// The coated materials against a brute-force random walk between the interface and the base, and what the
-// approximations cost.
+// The coated diffuse base against what its model promises, the coated conductor against a brute-force random walk
+// between the interface and the base, and what the approximations cost.
+//
+// The diffuse base has no such comparison: its coupling is no layer of a physical index (docs/decisions/0006-coats.md),
+// so that the walk, 1 / eta^2 and inter-reflections included, is another model by design.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -21,10 +24,8 @@ void AddOutgoing(Outgoing& out, double weight, Vec3 wi) {
 }
 
 // Light is followed backwards from wo: through the interface, to the base, up again, until it leaves. Exactly the light
-// transport between two parallel boundaries; the layer absorbs exp(-thickness / |cos|) on each crossing, and the walk
-// ends after coat.max_depth interactions.
-Outgoing RandomWalk(float interface_eta, Vec2 interface_alpha, const Bsdf& base, const CoatOptions& coat, Vec3 wo,
-                    int samples, uint64_t seed) {
+// transport between two parallel boundaries; nothing is absorbed between them.
+Outgoing RandomWalk(float interface_eta, Vec2 interface_alpha, const Bsdf& base, Vec3 wo, int samples, uint64_t seed) {
   const Bsdf interface = Bsdf::Dielectric(interface_eta, interface_alpha);
   Random random(seed);
   Outgoing out;
@@ -32,7 +33,6 @@ Outgoing RandomWalk(float interface_eta, Vec2 interface_alpha, const Bsdf& base,
     const float u_lobe = random.Next1D();
     return bsdf.Sample(w, u_lobe, random.Next2D());
   };
-  const int limit = coat.max_depth > 0 ? coat.max_depth : 1000;
   for (int n = 0; n < samples; ++n) {
     double weight = 0;
     Vec3 leaving{0, 0, 1};
@@ -43,8 +43,7 @@ Outgoing RandomWalk(float interface_eta, Vec2 interface_alpha, const Bsdf& base,
     } else if (s) {
       double beta = s->weight.r;
       Vec3 w = s->wi;  // travels downwards
-      for (int depth = 0; depth < limit; ++depth) {
-        beta *= std::exp(-double{coat.thickness} / std::fabs(w.z));
+      for (int depth = 0; depth < 1000; ++depth) {
         // Directions at a boundary point away from it: the light that arrives along w is seen from -w.
         s = sample(depth % 2 == 0 ? base : interface, -w);
         if (!s) break;
@@ -73,54 +72,104 @@ Outgoing Analytic(const Bsdf& bsdf, Vec3 wo, int samples, uint64_t seed) {
   return out;
 }
 
-TEST(CoatedDiffuse, IsTheExpectationOfTheRandomWalk) {
-  const CoatOptions pbrt, lossless{.thickness = 0, .max_depth = 0}, thick{.thickness = 0.1f, .max_depth = 5};
-  constexpr int kSamples = 40000;
-  const double level = SidakLevel(0.01, 4 * 3 * 3 * 3 * kMoments);
+TEST(CoatedDiffuse, TheWhiteFurnaceIsOneAtEveryRoughness) {
+  constexpr double kTolerance = 2e-3;  // the tables against the lobe that is sampled
+  const double level = SidakLevel(0.01, 8 * 4 * 7);
   double worst = 0;
   uint64_t seed = 1000;
-  for (const float alpha : {0.0f, 0.05f, 0.1f, 0.3f}) {
-    for (const float eta : {1.2f, 1.5f, 2.0f}) {
-      for (const CoatOptions& coat : {pbrt, lossless, thick}) {
-        const float albedo = coat.thickness == 0.1f ? 0.4f : 0.9f;
-        for (const double theta : {10.0, 55.0, 80.0}) {
-          const Vec3 wo = Direction(theta, 0);
-          const Outgoing walk = RandomWalk(eta, {alpha, alpha}, Bsdf::Diffuse(Rgb(albedo)), coat, wo, kSamples, ++seed);
-          const Outgoing ours =
-              Analytic(Bsdf::CoatedDiffuse(Rgb(albedo), eta, {alpha, alpha}, coat), wo, kSamples, ++seed);
-          for (int i = 0; i < kMoments; ++i) {
-            // 1e-3: the tables.
-            const TestResult r = WelchTest(walk[i], ours[i], level, 1e-3);
-            EXPECT_TRUE(r.accepted) << "alpha " << alpha << " eta " << eta << " thickness " << coat.thickness
-                                    << " theta " << theta << " moment " << i << ": " << r.message;
-          }
-          worst = std::max(worst, std::fabs(walk[0].mean() - ours[0].mean()));
+  for (const float alpha : {0.0f, 2e-3f, 0.05f, 0.1f, 0.2f, 0.4f, 0.7f, 1.0f}) {
+    for (const float eta : {1.0f, 1.2f, 1.5f, 2.0f}) {
+      const Bsdf white = Bsdf::CoatedDiffuse(Rgb(1), eta, {alpha, alpha});
+      for (const double theta : {0.0, 20.0, 40.0, 60.0, 75.0, 85.0, 89.0}) {
+        const Outgoing out = Analytic(white, Direction(theta), 20000, ++seed);
+        const TestResult r = TTest(out[0], 1, level, kTolerance);
+        EXPECT_TRUE(r.accepted) << "alpha " << alpha << " eta " << eta << " theta " << theta << ": " << r.message;
+        worst = std::max(worst, std::fabs(out[0].mean() - 1) - 3 * out[0].standard_error());
+      }
+    }
+  }
+  std::printf("largest deviation from 1, less three standard errors: %.5f\n", worst);
+}
+
+TEST(CoatedDiffuse, TheFurnaceSeesAMissingPercent) {
+  for (const float alpha : {0.0f, 0.1f, 1.0f}) {
+    const Outgoing out = Analytic(Bsdf::CoatedDiffuse(Rgb(0.985f), 1.5f, {alpha, alpha}), Direction(40), 20000, 3);
+    EXPECT_FALSE(TTest(out[0], 1, 1e-4, 2e-3).accepted) << alpha;
+  }
+}
+
+// What the isotropic coupling costs: the bound is what was measured, rounded up. Nothing gained but by the tables.
+TEST(CoatedDiffuse, TheAnisotropicWhiteFurnaceIsJustBelowOne) {
+  double lowest = 1, highest = 1;
+  for (const Vec2 alpha : {Vec2{0.4f, 0.1f}, {0.2f, 0.1f}, {0.8f, 0.1f}, {0.1f, 0.025f}, {1, 0.25f}}) {
+    for (const float eta : {1.5f, 2.0f}) {
+      for (const double theta : {0.0, 45.0, 75.0, 85.0, 89.0}) {
+        for (const double phi : {0.0, 45.0, 90.0}) {
+          const Outgoing out = Analytic(Bsdf::CoatedDiffuse(Rgb(1), eta, alpha), Direction(theta, phi), 20000, 4);
+          lowest = std::min(lowest, out[0].mean());
+          highest = std::max(highest, out[0].mean() - 4 * out[0].standard_error());
         }
       }
     }
   }
-  std::printf("largest difference of an albedo from the random walk: %.4f\n", worst);
+  std::printf("albedo of an anisotropic white coat: %.4f to %.4f\n", lowest, highest);
+  EXPECT_GT(lowest, 0.87);
+  EXPECT_LE(highest, 1.002);
 }
 
-TEST(CoatedDiffuse, TheComparisonSeesAWrongModel) {
-  const Vec3 wo = Direction(40, 0);
-  const CoatOptions coat;
-  const Outgoing walk = RandomWalk(1.5f, {0.1f, 0.1f}, Bsdf::Diffuse(Rgb(0.9f)), coat, wo, 40000, 5);
-  const Outgoing lossless =
-      Analytic(Bsdf::CoatedDiffuse(Rgb(0.9f), 1.5f, {0.1f, 0.1f}, {.thickness = 0, .max_depth = 10}), wo, 40000, 6);
-  EXPECT_FALSE(WelchTest(walk[0], lossless[0], 1e-4, 1e-3).accepted);
+TEST(CoatedDiffuse, TheBaseIsLinearInTheReflectance) {
+  for (const float alpha : {0.0f, 0.1f, 0.6f}) {
+    const auto value = [&](float reflectance, Vec3 wo, Vec3 wi) {
+      return Bsdf::CoatedDiffuse(Rgb(reflectance), 1.5f, {alpha, alpha}).Evaluate(wo, wi).f_cos.r;
+    };
+    for (const double theta : {0.0, 50.0, 85.0}) {
+      const Vec3 wo = Direction(theta), wi = Direction(60, 250);
+      const float black = value(0, wo, wi), white = value(1, wo, wi) - black;
+      EXPECT_GT(white, 0);
+      for (const float reflectance : {0.07f, 0.3f, 0.8f}) {
+        EXPECT_NEAR(value(reflectance, wo, wi) - black, reflectance * white, 1e-6f * (1 + black)) << alpha;
+      }
+    }
+  }
+}
+
+TEST(CoatedDiffuse, TheFlatCoatIsTheCoupledFormWithFresnel) {
+  // Fresnel at index 1.5 by Snell's law, in double; its mean from outside is 0.0918 (Egan and Hilgeman 1973).
+  const auto reflectance = [](double cos) {
+    const double t = std::sqrt(1 - (1 - cos * cos) / 2.25);
+    const double s = (cos - 1.5 * t) / (cos + 1.5 * t), p = (1.5 * cos - t) / (1.5 * cos + t);
+    return 0.5 * (s * s + p * p);
+  };
+  const Bsdf bsdf = Bsdf::CoatedDiffuse(Rgb(0.6f), 1.5f, {0, 0});
+  for (const double theta_o : {0.0, 40.0, 70.0, 85.0}) {
+    for (const double theta_i : {5.0, 60.0, 80.0}) {
+      const Vec3 wo = Direction(theta_o), wi = Direction(theta_i, 200);
+      const double expected =
+          0.6 / M_PI * (1 - reflectance(wo.z)) * (1 - reflectance(wi.z)) / (1 - 0.0918) * double{wi.z};
+      EXPECT_NEAR(bsdf.Evaluate(wo, wi).f_cos.r, expected, 1e-3 * expected) << theta_o << ' ' << theta_i;
+    }
+  }
 }
 
 TEST(CoatedConductor, IsExactWhereBothAreFlat) {
   for (const double theta : {0.0, 50.0, 85.0}) {
     const Vec3 wo = Direction(theta, 0);
     const Outgoing walk =
-        RandomWalk(1.5f, {0, 0}, Bsdf::Conductor(kGoldEta / 1.5f, kGoldK / 1.5f, {0, 0}), {}, wo, 200000, 7);
+        RandomWalk(1.5f, {0, 0}, Bsdf::Conductor(kGoldEta / 1.5f, kGoldK / 1.5f, {0, 0}), wo, 200000, 7);
     const auto s = Bsdf::CoatedConductor(1.5f, {0, 0}, kGoldEta, kGoldK, {0, 0}).Sample(wo, 0.5f, {0.5f, 0.5f});
     ASSERT_TRUE(s && s->delta);
     const TestResult r = TTest(walk[0], s->weight.r, SidakLevel(0.01, 3), 1e-5);
     EXPECT_TRUE(r.accepted) << theta << ": " << r.message;
   }
+}
+
+TEST(CoatedConductor, TheComparisonSeesAWrongIndex) {
+  const Vec3 wo = Direction(50, 0);
+  const Outgoing walk =
+      RandomWalk(1.5f, {0, 0}, Bsdf::Conductor(kGoldEta / 1.5f, kGoldK / 1.5f, {0, 0}), wo, 200000, 5);
+  const auto s = Bsdf::CoatedConductor(1.4f, {0, 0}, kGoldEta, kGoldK, {0, 0}).Sample(wo, 0.5f, {0.5f, 0.5f});
+  ASSERT_TRUE(s);
+  EXPECT_FALSE(TTest(walk[0], s->weight.r, 1e-4, 1e-5).accepted);
 }
 
 // The approximations of bsdf_coated.cpp, measured: the albedo of a gold base under a coat. The bounds are what was
@@ -131,11 +180,11 @@ TEST(CoatedConductor, StaysNearTheRandomWalk) {
     double bound;
   };
   for (const Bound& b :
-       {Bound{0, 0.05f, 0.055}, {0, 0.3f, 0.035}, {0.1f, 0.0f, 0.15}, {0.1f, 0.2f, 0.045}, {0.3f, 0.3f, 0.12}}) {
+       {Bound{0, 0.05f, 0.12}, {0, 0.3f, 0.045}, {0.1f, 0.0f, 0.065}, {0.1f, 0.2f, 0.045}, {0.3f, 0.3f, 0.135}}) {
     for (const double theta : {5.0, 45.0, 75.0}) {
       const Vec3 wo = Direction(theta, 0);
       const Outgoing walk = RandomWalk(
-          1.5f, {b.coat, b.coat}, Bsdf::Conductor(kGoldEta / 1.5f, kGoldK / 1.5f, {b.base, b.base}), {}, wo, 100000, 8);
+          1.5f, {b.coat, b.coat}, Bsdf::Conductor(kGoldEta / 1.5f, kGoldK / 1.5f, {b.base, b.base}), wo, 100000, 8);
       const Outgoing ours =
           Analytic(Bsdf::CoatedConductor(1.5f, {b.coat, b.coat}, kGoldEta, kGoldK, {b.base, b.base}), wo, 100000, 9);
       std::printf(
@@ -149,14 +198,27 @@ TEST(CoatedConductor, StaysNearTheRandomWalk) {
 }
 
 TEST(CoatTable, TransmittanceOfAFlatCoatIsFresnels) {
-  const CoatTable& table = CoatTable::For(1.5f, 0);
+  const CoatTable& table = CoatTable::For(1.5f);
   EXPECT_NEAR(table.Transmittance(1, CoatTable::RowOf(0)), 0.96f, 1e-4);
-  // 1 - R of diffuse light from outside; Walsh 1926 / Egan and Hilgeman 1973: 0.0918 is reflected at index 1.5, 0.5963
-  // from inside.
+  // 1 - R of diffuse light from outside; Walsh 1926 / Egan and Hilgeman 1973: 0.0918 is reflected at index 1.5.
   EXPECT_NEAR(table.MeanTransmittance(CoatTable::RowOf(0)), 1 - 0.0918f, 3e-4);
-  EXPECT_NEAR(table.InternalReflectance(CoatTable::RowOf(0)), 0.5963f, 3e-4);
-  EXPECT_EQ(&table, &CoatTable::For(1.5f, 0));
-  EXPECT_NE(&table, &CoatTable::For(1.5f, 0.01f));
+  EXPECT_EQ(&table, &CoatTable::For(1.5f));
+  EXPECT_NE(&table, &CoatTable::For(1.6f));
+}
+
+// The mean is that of what Transmittance() returns, between the rows too: the furnace depends on it.
+TEST(CoatTable, MeanIsThatOfTheInterpolatedTable) {
+  const CoatTable& table = CoatTable::For(1.5f);
+  for (const float alpha : {0.0f, 0.03f, 0.33f, 1.0f}) {
+    const CoatTable::Row row = CoatTable::RowOf(alpha);
+    double sum = 0;
+    constexpr int kSteps = 127 * 64;
+    for (int i = 0; i < kSteps; ++i) {
+      const double mu = (i + 0.5) / kSteps;
+      sum += 2 * mu * table.Transmittance(static_cast<float>(mu), row) / kSteps;
+    }
+    EXPECT_NEAR(table.MeanTransmittance(row), sum, 1e-5) << alpha;
+  }
 }
 
 TEST(CoatedDiffuse, TexturedReflectanceIsTheFactorys) {
