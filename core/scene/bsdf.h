@@ -57,7 +57,7 @@ class Bsdf {
 
   // Factories; `alpha` are GGX alphas after remapping. Alphas (both) below kSmoothAlpha become delta lobes, as does a dielectric of eta 1.
   // All are cheap enough to be called at every hit, where textures vary; the coated ones look their table up by eta, which
-  // the first call builds (20 ms): call them once while compiling.
+  // the first call builds (50 ms): call them once while compiling.
   static Bsdf Diffuse(Rgb reflectance);
   // Exact Fresnel reflection of a complex index by single scattering on GGX, as pbrt-v4. `energy_compensation` adds the multiply scattered light
   // that this loses (Kulla and Conty 2017, over our own albedo table): up to 60 % brighter at alpha 1. Recommended off, to agree with other

@@ -22,7 +22,7 @@ class CoatTable {
   };
   static Row RowOf(float alpha);
 
-  // The table of a coat: computed at first use (about 20 ms) and kept for the life of the process; any thread. Later
+  // The table of a coat: computed at first use (about 50 ms) and kept for the life of the process; any thread. Later
   // calls take no lock.
   static const CoatTable& For(float eta);
 
