@@ -62,7 +62,7 @@ ComparisonRun RunOne(const CompareArguments& arguments, const CompiledJob& compi
   if (run.report.passes == 0) return run;
   const fs::path folder = arguments.output;
   const std::string stem = FileLabel(run.label) + "-seed" + std::to_string(seed);
-  WriteImage(folder / (stem + ".exr"), result.image, ImageMetadata(CompleteReport(ReportToJson(run.report), {arguments.job.scene, command_line, {}})));
+  WriteImage(folder / (stem + ".exr"), result.image, ImageMetadata(CompleteReport(ReportToJson(run.report), {arguments.job.scene, command_line})));
   run.picture = stem + ".png";
   WriteImage(folder / run.picture, result.image, {});
   if (reference) {

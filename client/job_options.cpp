@@ -121,6 +121,7 @@ JobSpec JobArguments::ToJob() const {
   if (max_depth < 0) throw Error(ErrorKind::kInvalidInput, "--max-depth must be at least 1");
   job.max_depth = max_depth;
   job.training_iterations = training_iterations;
+  job.lenient = lenient;
   return job;
 }
 

@@ -54,7 +54,6 @@ RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int 
 Json CompleteReport(Json report, const ReportContext& context) {
   report["command"] = context.command_line;
   report["scene"]["path"] = context.scene_path;
-  report["scene"]["left_out"] = context.left_out;
   if (const std::string replay = ReplayCommand(report, context.scene_path); !replay.empty()) report["health"]["replay"] = replay;
   return report;
 }
@@ -110,6 +109,10 @@ std::string Summary(const Json& report) {
               FormatNumber(m->relmse) + ", trimmed " + FormatNumber(m->relmse_trimmed);
     }
     text += "\n";
+  }
+  if (const Json& left_out = At(report, "scene", "left_out"); left_out.is_array() && !left_out.empty()) {
+    text += "left out of the scene (--lenient):\n";
+    for (const Json& line : left_out) text += "  " + Text(line) + "\n";
   }
   if (Value(At(report, "health", "total")) > 0) {
     text += "health: samples refused or changed:";

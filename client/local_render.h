@@ -26,11 +26,10 @@ RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int 
 // CompileJob, with its errors turned into CommandError(kBadScene).
 CompiledJob CompileScene(const SceneDescription& description, const JobSpec& job);
 
-// The report of a render with what only the command line knows: the scene's path, the command, what was left out, the replay command.
+// The report of a render with what only the command line knows: the scene's path, the command, the replay command.
 struct ReportContext {
   std::string scene_path;
   std::string command_line;
-  std::vector<std::string> left_out;
 };
 nlohmann::json CompleteReport(nlohmann::json report, const ReportContext& context);
 

@@ -46,7 +46,7 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   const ExitCode code = InterruptGuard::Interrupted() ? ExitCode::kInterrupted : ExitCode::kOk;
 
   // 4. Its files.
-  nlohmann::json report = CompleteReport(ReportToJson(result.report), {arguments.job.scene, command_line, description.left_out});
+  nlohmann::json report = CompleteReport(ReportToJson(result.report), {arguments.job.scene, command_line});
   if (result.report.passes == 0) {
     std::fprintf(stderr, "no file was written: the run ended before its first round\n");
   } else {

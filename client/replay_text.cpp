@@ -15,6 +15,7 @@ std::string ReplayCommand(const nlohmann::json& report, const std::string& scene
   std::string command = "lodestar replay " + ShellQuote(scene_path) + " --method " + job.at("method").get<std::string>();
   for (const auto& [name, value] : job.at("options").items()) command += " --option " + ShellQuote(name + "=" + value.get<std::string>());
   if (const auto filter = job.at("filter").get<std::string>(); !filter.empty()) command += " --filter " + filter;
+  if (job.value("lenient", false)) command += " --lenient";
   command += " --seed " + job.at("seed").dump();
   command += " --resolution " + scene.at("resolution").at(0).dump() + "x" + scene.at("resolution").at(1).dump();
   command += " --max-depth " + scene.at("max_depth").dump();

@@ -29,7 +29,7 @@ void AddReportCommand(CLI::App& app, Invocation& invocation) {
       const std::string text = OnFarm([&] { return farm.GetReport({arguments->job}); });
       nlohmann::json report = nlohmann::json::parse(text, nullptr, false);
       if (!report.is_object()) throw Error(ErrorKind::kCorrupt, "the report of " + arguments->job + " is not JSON; is the coordinator of another version?");
-      report = CompleteReport(std::move(report), {status.name, command_line, {}});
+      report = CompleteReport(std::move(report), {status.name, command_line});
       if (arguments->json) {
         std::cout << report.dump(2) << "\n";
       } else if (arguments->csv) {

@@ -53,10 +53,6 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
   if (!follow.reference.empty() && follow.output.empty()) throw Error(ErrorKind::kInvalidInput, "--reference needs -o: the image is measured when it is fetched");
 
   const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
-  if (!description.left_out.empty()) {
-    throw CommandError(ExitCode::kBadScene, "the farm's workers read scenes strictly and would refuse what is listed above; take it out of the scene, or use: "
-                                            "lodestar render --lenient");
-  }
   {
     const CompiledJob compiled = CompileScene(description, submission.spec);
     MakeMethod(submission.spec, compiled.survey);  // refuses bad values of options here and now

@@ -23,6 +23,7 @@ v1::JobSpec ToProto(const JobSpec& spec) {
   message.set_filter(spec.filter);
   message.set_max_depth(spec.max_depth);
   message.set_training_iterations(spec.training_iterations);
+  message.set_lenient(spec.lenient);
   return message;
 }
 
@@ -39,6 +40,7 @@ JobSpec FromProto(const v1::JobSpec& message) {
   spec.filter = message.filter();
   spec.max_depth = message.max_depth();
   spec.training_iterations = message.training_iterations();
+  spec.lenient = message.lenient();
   RefuseNegative(spec.budget.seconds, "the time budget");
   RefuseNegative(spec.budget.error, "the error budget");
   if (spec.max_depth < 0 || spec.max_depth > 100000) throw Error(ErrorKind::kInvalidInput, "the maximum depth must be 0 (the scene's) to 100000");

@@ -64,7 +64,9 @@ std::shared_ptr<LoadedJob> JobCache::Load(const ContentHash& hash) {
   auto description = JobDescription::Parse(client_.FetchBytes(hash, kMaxSceneFiles * 1200));
   auto folder = assets_.Materialise(description.scene, [&](const ContentHash& content, const std::filesystem::path& to) { client_.FetchAsset(content, to); });
   try {
-    const auto scene = ParsePbrtFile(folder / description.scene.main);
+    auto scene = ParsePbrtFile(folder / description.scene.main, {.lenient = description.spec.lenient});
+    // Without this machine's folders, so that every worker's survey has the same bytes.
+    for (std::string& line : scene.left_out) line = WithoutFolder(std::move(line), folder);
     auto compiled = CompileJob(scene, description.spec);
     spdlog::info("compiled {}: {}", description.scene.main, compiled.survey.needs);
     auto job = std::make_shared<LoadedJob>(std::move(description), folder, std::move(compiled));

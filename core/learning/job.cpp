@@ -1,5 +1,6 @@
 #include "core/learning/job.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/learning/sealed_bytes.h"
@@ -7,8 +8,8 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kJobMagic = DocumentMagic("LDJB"), kJobVersion = 1;
-constexpr uint32_t kSurveyMagic = DocumentMagic("LDSV"), kSurveyVersion = 1;
+constexpr uint32_t kJobMagic = DocumentMagic("LDJB"), kJobVersion = 2;
+constexpr uint32_t kSurveyMagic = DocumentMagic("LDSV"), kSurveyVersion = 2;
 
 void PutVec(ByteWriter& out, Vec3 v) {
   out.Put(v.x);
@@ -46,6 +47,7 @@ Bytes JobSpec::Serialize() const {
   out.PutString(filter);
   out.Put<int32_t>(max_depth);
   out.Put<int32_t>(training_iterations);
+  out.Put<uint8_t>(lenient ? 1 : 0);
   return Seal(std::move(out));
 }
 
@@ -70,8 +72,16 @@ JobSpec JobSpec::Parse(std::string_view bytes) {
   job.filter = in.GetString();
   job.max_depth = in.Get<int32_t>();
   job.training_iterations = in.Get<int32_t>();
+  const auto lenient = in.Get<uint8_t>();
+  if (lenient > 1) in.Fail("has a malformed flag");
+  job.lenient = lenient != 0;
   in.ExpectEnd();
   return job;
+}
+
+void Survey::SetLeftOut(const std::vector<std::string>& all) {
+  left_out.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), kMaxLeftOut)));
+  if (all.size() > kMaxLeftOut) left_out.push_back("and " + std::to_string(all.size() - kMaxLeftOut) + " more");
 }
 
 Bytes Survey::Serialize() const {
@@ -84,6 +94,8 @@ Bytes Survey::Serialize() const {
   out.Put(scene_spp);
   out.PutString(scene_hash);
   out.PutString(needs);
+  out.Put<uint64_t>(left_out.size());
+  for (const std::string& line : left_out) out.PutString(line);
   return Seal(std::move(out));
 }
 
@@ -98,6 +110,9 @@ Survey Survey::Parse(std::string_view bytes) {
   survey.scene_spp = in.Get<uint64_t>();
   survey.scene_hash = in.GetString();
   survey.needs = in.GetString();
+  const auto left_out = in.Get<uint64_t>();
+  if (left_out > kMaxLeftOut + 1) in.Fail("lists more left out than it may");
+  for (uint64_t i = 0; i < left_out; ++i) survey.left_out.push_back(in.GetString());
   in.ExpectEnd();
   return survey;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "core/base/bytes.h"
 #include "core/math/bounds.h"
@@ -32,6 +33,7 @@ struct JobSpec {
   // A run by time or error reports the passes and the training iterations it ended with; a job with these as `budget.spp` and
   // `training_iterations` gives the same bits.
   int training_iterations = -1;                  // -1: decided by the method at iteration ends
+  bool lenient = false;                          // leave out (and list) what the scene has and is not supported, instead of refusing it
 
   Bytes Serialize() const;
   // Throws Error(kCorrupt), or (kConflict) for another version's bytes; what the values mean is checked by whoever uses them (Loop, MakeMethod).
@@ -46,6 +48,10 @@ struct Survey {
   uint64_t scene_spp = 16;       // the file's own samples per pixel
   std::string scene_hash;        // hex
   std::string needs;             // readable
+  // Of a lenient job: "file:line:column: what", as seen from the scene's folder. It travels with every lease, so a long list ends in how many more.
+  std::vector<std::string> left_out;
+  static constexpr size_t kMaxLeftOut = 100;
+  void SetLeftOut(const std::vector<std::string>& all);
 
   Bytes Serialize() const;
   static Survey Parse(std::string_view bytes);

@@ -86,11 +86,13 @@ Json ReportToJson(const JobReport& report) {
                    {"needs", survey.needs},
                    {"resolution", {survey.resolution_x, survey.resolution_y}},
                    {"max_depth", survey.max_depth},
+                   {"left_out", survey.left_out},
                    {"bounds", {corner(survey.bounds.min), corner(survey.bounds.max)}}};
   json["job"] = {{"method", job.method},
                  {"options", job.options},
                  {"seed", job.seed},
                  {"filter", job.filter},
+                 {"lenient", job.lenient},
                  {"budget", {{"spp", job.budget.spp}, {"seconds", job.budget.seconds}, {"error", job.budget.error}}}};
   json["result"] = {{"stop_reason", report.stop_reason},
                     {"spp", report.passes},

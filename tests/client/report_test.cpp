@@ -79,13 +79,26 @@ TEST(Report, TheReplayCommandNamesTheFirstOffenderAndTheJobsEnd) {
   EXPECT_EQ(ReplayCommand(ReportToJson(report), "my scene.pbrt"),
             "lodestar replay 'my scene.pbrt' --method sdtree --option nee=always --seed 7 --resolution 32x16 --max-depth 5 --spp 31 --training-iterations 4 "
             "--pixel 9,4 --pass 12 --iteration 3");
+  report.job.lenient = true;
+  EXPECT_THAT(ReplayCommand(ReportToJson(report), "s.pbrt"), HasSubstr(" --lenient "));
   EXPECT_EQ(ReplayCommand(nlohmann::json{{"health", {{"first", "of another version"}}}}, "s.pbrt"), "");
+}
+
+TEST(Report, WhatWasLeftOutIsListed) {
+  JobReport report = Sample();
+  report.job.lenient = true;
+  report.survey.SetLeftOut({"s.pbrt:3:1: Shape \"curve\" is not supported"});
+  const nlohmann::json json = ReportToJson(report);
+  EXPECT_EQ(json["job"]["lenient"], true);
+  EXPECT_EQ(json["scene"]["left_out"].size(), 1u);
+  EXPECT_THAT(Summary(json), HasSubstr("s.pbrt:3:1: Shape \"curve\""));
+  EXPECT_THAT(Summary(ReportToJson(Sample())), testing::Not(HasSubstr("left out")));
 }
 
 TEST(Report, TheSummaryTellsOfBadSamples) {
   JobReport report = Sample();
   report.health.Count(HealthEvent::kNan, 9, 4, 12, 3);
-  const std::string text = Summary(CompleteReport(ReportToJson(report), {"s.pbrt", "lodestar render s.pbrt", {}}));
+  const std::string text = Summary(CompleteReport(ReportToJson(report), {"s.pbrt", "lodestar render s.pbrt"}));
   EXPECT_THAT(text, HasSubstr("31 spp"));
   EXPECT_THAT(text, HasSubstr(std::string(HealthEventName(HealthEvent::kNan)) + " 1"));
   EXPECT_THAT(text, HasSubstr("lodestar replay s.pbrt"));

@@ -1,14 +1,17 @@
 // Real processes: whoever renders, in whatever order, the image is the same bits.
+#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tests/farm/support/box.h"
 #include "tests/farm/support/farm_fixture.h"
 
 namespace lodestar {
 namespace {
 
-class FarmTest : public FarmFixture, public testing::WithParamInterface<int> {};
+class FarmTest : public FarmFixture {};
+class FarmOfWorkers : public FarmFixture, public testing::WithParamInterface<int> {};
 
-TEST_P(FarmTest, GivesTheBitsOfOneProcess) {
+TEST_P(FarmOfWorkers, GivesTheBitsOfOneProcess) {
   StartCoordinator();
   for (int i = 0; i < GetParam(); ++i) StartWorker();
   for (const char* method : {"path", "sdtree"}) {
@@ -22,7 +25,31 @@ TEST_P(FarmTest, GivesTheBitsOfOneProcess) {
     EXPECT_FALSE(report.empty());
   }
 }
-INSTANTIATE_TEST_SUITE_P(Workers, FarmTest, testing::Values(1, 2, 5));
+
+TEST_F(FarmTest, ALenientJobRendersAndListsWhatItLeftOut) {
+  StartCoordinator();
+  StartWorker();
+  StartWorker();
+  const auto file = folder_.path() / "scene" / "odd.pbrt";
+  std::ofstream(file) << std::string(kBoxScene) + "Shape \"curve\"\n";
+  JobSubmission submission;
+  submission.name = "odd";
+  submission.spec = BoxJob("path", 4);
+  submission.scene = client().Upload(BundleScene({file.string(), (folder_.path() / "scene" / "block.pbrt").string()}));
+  const auto strict = Finish(client().SubmitJob(submission));
+  EXPECT_EQ(strict.phase, JobPhase::kFailed);
+  EXPECT_NE(strict.error.find("curve"), std::string::npos) << strict.error;
+  submission.client_token.clear();
+  submission.spec.lenient = true;
+  const auto id = client().SubmitJob(submission);
+  const auto status = Finish(id);
+  ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
+  EXPECT_TRUE(SameBits(client().GetImage(id), RenderHere(box_, BoxJob("path", 4)).image)) << "what is left must be the box";
+  const auto report = nlohmann::json::parse(client().GetReport(id));
+  ASSERT_EQ(report["scene"]["left_out"].size(), 1u);
+  EXPECT_TRUE(report["scene"]["left_out"][0].get<std::string>().starts_with("odd.pbrt:")) << report["scene"]["left_out"] << ": no paths of the worker's";
+}
+INSTANTIATE_TEST_SUITE_P(Workers, FarmOfWorkers, testing::Values(1, 2, 5));
 
 }  // namespace
 }  // namespace lodestar

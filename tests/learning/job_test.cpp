@@ -22,6 +22,7 @@ JobSpec SomeJob() {
   job.filter = "gaussian";
   job.max_depth = 20;
   job.training_iterations = 4;
+  job.lenient = true;
   return job;
 }
 
@@ -50,19 +51,33 @@ TEST(JobSpec, RoundTrip) {
   EXPECT_EQ(back.filter, job.filter);
   EXPECT_EQ(back.max_depth, job.max_depth);
   EXPECT_EQ(back.training_iterations, job.training_iterations);
+  EXPECT_TRUE(back.lenient);
+  EXPECT_FALSE(JobSpec::Parse(JobSpec().Serialize()).lenient);
   EXPECT_EQ(back.Serialize(), job.Serialize());
 }
 
 TEST(JobSpec, DamageIsRefused) { ExpectDamageRefused(SomeJob().Serialize(), [](std::string_view bytes) { JobSpec::Parse(bytes); }); }
 
 TEST(Survey, RoundTripAndDamage) {
-  const Survey survey = test::SyntheticSurvey();
+  Survey survey = test::SyntheticSurvey();
+  survey.SetLeftOut({"a.pbrt:1:2: one", "a.pbrt:3:4: two"});
   const Survey back = Survey::Parse(survey.Serialize());
   EXPECT_EQ(back.bounds, survey.bounds);
   EXPECT_EQ(back.scene_hash, survey.scene_hash);
   EXPECT_EQ(back.scene_spp, survey.scene_spp);
+  EXPECT_EQ(back.left_out, survey.left_out);
   EXPECT_EQ(back.Serialize(), survey.Serialize());
   ExpectDamageRefused(survey.Serialize(), [](std::string_view bytes) { Survey::Parse(bytes); });
+}
+
+TEST(Survey, ALongListOfWhatWasLeftOutEndsInHowManyMore) {
+  Survey survey;
+  survey.SetLeftOut(std::vector<std::string>(Survey::kMaxLeftOut, "x"));
+  EXPECT_EQ(survey.left_out.back(), "x");
+  survey.SetLeftOut(std::vector<std::string>(Survey::kMaxLeftOut + 7, "x"));
+  EXPECT_EQ(survey.left_out.size(), Survey::kMaxLeftOut + 1);
+  EXPECT_EQ(survey.left_out.back(), "and 7 more");
+  EXPECT_EQ(Survey::Parse(survey.Serialize()).left_out, survey.left_out);
 }
 
 TEST(SealedBytes, AnotherVersionIsNamed) {

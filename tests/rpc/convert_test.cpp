@@ -43,6 +43,8 @@ TEST(Convert, JobSpecSurvives) {
   spec.training_iterations = -1;
   EXPECT_EQ(FromProto(ToProto(spec)).Serialize(), spec.Serialize());
   spec.training_iterations = 3;
+  spec.lenient = true;
+  EXPECT_TRUE(FromProto(ToProto(spec)).lenient);
   EXPECT_EQ(FromProto(ToProto(spec)).Serialize(), spec.Serialize());
 }
 
