@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include "core/base/log.h"
+#include "core/base/threads.h"
 #include "core/learning/contribution.h"
 #include "worker/fingerprint.h"
 

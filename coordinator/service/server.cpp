@@ -5,6 +5,7 @@
 #include <grpcpp/server_builder.h>
 
 #include "coordinator/service/services.h"
+#include "core/base/threads.h"
 #include "rpc/channel.h"
 
 namespace lodestar {
@@ -20,7 +21,8 @@ bool IsLoopback(const std::string& host) {
 
 struct Server::Impl {
   explicit Impl(Farm& farm) : farm_service(NewFarmService(farm, pool)), work_service(NewWorkService(farm, pool)) {}
-  WorkPool pool{6};
+  // More than the machine has: some of them wait for the disk, or (a client's image) for a round's edge, which others must bring about.
+  WorkPool pool{UsableThreads() + 4};
   std::unique_ptr<grpc::Service> farm_service, work_service;
   std::unique_ptr<grpc::Server> server;
   int port = 0;

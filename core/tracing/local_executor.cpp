@@ -7,6 +7,7 @@
 #include <atomic>
 
 #include "core/base/check.h"
+#include "core/base/threads.h"
 
 namespace lodestar {
 

@@ -30,7 +30,4 @@ struct CompiledJob {
 };
 CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job);
 
-// Threads this process may use: affinity and the cgroup's CPU quota respected, at least 1.
-int UsableThreads();
-
 }  // namespace lodestar
