@@ -46,8 +46,8 @@ RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int 
   loop.Run(executor, stop, hooks);
   progress.Finish();
   RenderResult result;
-  result.report = loop.Report();
-  if (result.report.passes > 0) result.image = loop.Develop();
+  if (loop.passes() > 0) result.image = loop.Develop();
+  result.report = FinalReport(loop, result.image);
   return result;
 }
 

@@ -77,8 +77,9 @@ void Farm::StoreCheckpoint(Job& job, JobCheckpoint checkpoint) {
 }
 
 void Farm::StoreResult(Job& job, const Loop& loop) {
-  const ContentHash image = blobs_->Put(Compress(ImageToBytes(loop.Develop())));
-  const std::string report = ReportToJson(loop.Report()).dump();
+  const Image developed = loop.Develop();
+  const ContentHash image = blobs_->Put(Compress(ImageToBytes(developed)));
+  const std::string report = ReportToJson(FinalReport(loop, developed)).dump();
   CrashPoint("result-blob");
   ContentHash checkpoint;
   Persist(job, [&](StoredJob& stored) {

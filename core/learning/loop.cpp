@@ -300,4 +300,18 @@ JobReport Loop::Report() const {
   return report;
 }
 
+ContentHash ImageHash(const Image& image) {
+  static_assert(sizeof(Rgb) == 3 * sizeof(float));
+  Bytes bytes(reinterpret_cast<const char*>(image.pixels.data()), image.pixels.size() * sizeof(Rgb));
+  bytes.append(reinterpret_cast<const char*>(image.variance.data()), image.variance.size() * sizeof(float));
+  return Sha256(bytes);
+}
+
+JobReport FinalReport(const Loop& loop, const Image& image) {
+  JobReport report = loop.Report();
+  if (loop.state()) report.state_hash = Sha256(loop.state()->Serialize());
+  if (report.passes > 0) report.image_hash = ImageHash(image);
+  return report;
+}
+
 }  // namespace lodestar

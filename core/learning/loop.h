@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/clock.h"
+#include "core/base/hash.h"
 #include "core/base/stop.h"
 #include "core/film/error_metrics.h"
 #include "core/learning/combination.h"
@@ -56,7 +57,12 @@ struct JobReport {
   double seconds = 0, seconds_learning = 0;
   uint64_t rays = 0, paths = 0, vertices = 0;
   std::string stop_reason;           // "spp", "time", "error", "stopped"
+  // Where the run ended (FinalReport; empty before): SHA-256 of the state's bytes, and of the image's floats (ImageHash).
+  ContentHash state_hash, image_hash;
 };
+
+// Of the raw floats, little-endian, row by row from the top: R, G, B of all pixels, then the variances of all pixels.
+ContentHash ImageHash(const Image& image);
 
 // Makes the method of a job; a loop takes another than MakeMethod where tests or research bring their own.
 using MethodFactory = std::function<std::unique_ptr<Method>(const JobSpec&, const Survey&)>;
@@ -134,6 +140,10 @@ class Loop {
   double error_ = 0;                         // last measured estimate; infinity: unknown
   JobReport report_;                         // points, health, counters and stop reason; Report() adds the rest
 };
+
+// The report of a run that has ended, hashes included; `image` is what it has developed. Two runs of one job that ended after as many passes and
+// training iterations have the same hashes, wherever they ran.
+JobReport FinalReport(const Loop& loop, const Image& image);
 
 // Passes in a round: enough samples that a round's overhead vanishes and few enough that budgets by time are met closely; a function of the
 // resolution alone.

@@ -9,6 +9,7 @@
 
 namespace lodestar {
 
+// The hashes are left out where the report has none.
 nlohmann::json ReportToJson(const JobReport& report);
 nlohmann::json MetricsToJson(const ErrorMetrics& metrics);
 nlohmann::json PointsToJson(const std::vector<ErrorPoint>& points);

@@ -20,9 +20,13 @@ TEST_P(FarmOfWorkers, GivesTheBitsOfOneProcess) {
     const auto status = Finish(id);
     ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
     EXPECT_EQ(status.width, 64u);
-    EXPECT_TRUE(SameBits(client().GetImage(id), RenderHere(box_, spec).image)) << method;
+    const auto image = client().GetImage(id);
+    const auto expected = RenderHere(box_, spec);
+    EXPECT_TRUE(SameBits(image, expected.image)) << method;
     const auto report = nlohmann::json::parse(client().GetReport(id));
-    EXPECT_FALSE(report.empty());
+    EXPECT_EQ(report["result"]["state_sha256"], expected.report.state_hash.hex) << method;
+    EXPECT_EQ(report["result"]["image_sha256"], expected.report.image_hash.hex) << method;
+    EXPECT_EQ(ImageHash(image), expected.report.image_hash) << method;
   }
 }
 

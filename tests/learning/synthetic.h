@@ -181,18 +181,9 @@ struct Result {
   }
 };
 
-inline ContentHash ImageHash(const Image& image) {
-  ByteWriter out;
-  out.Put(image.width);
-  out.Put(image.height);
-  out.PutVector(image.pixels);
-  out.PutVector(image.variance);
-  return Sha256(out.bytes());
-}
-
 inline Result ResultOf(const Loop& loop) {
-  const JobReport report = loop.Report();
-  return {ImageHash(loop.Develop()), Sha256(loop.state()->Serialize()), report.passes, report.paths, report.health.total(), report.training_iterations};
+  const JobReport report = FinalReport(loop, loop.Develop());
+  return {report.image_hash, report.state_hash, report.passes, report.paths, report.health.total(), report.training_iterations};
 }
 
 }  // namespace lodestar::test

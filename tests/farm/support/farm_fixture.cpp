@@ -33,7 +33,8 @@ Expected RenderHere(const SceneBundle& bundle, const JobSpec& spec, int threads)
   Loop loop(spec, compiled.survey);
   LocalExecutor executor(compiled.scene, spec, loop.method(), threads);
   loop.Run(executor, StopToken(), {});
-  return {loop.Develop(), Sha256(loop.state()->Serialize())};
+  const Image image = loop.Develop();
+  return {image, FinalReport(loop, image)};
 }
 
 bool SameBits(const Image& a, const Image& b) {

@@ -16,10 +16,10 @@ namespace lodestar {
 SceneBundle WriteBox(const std::filesystem::path& folder);
 JobSpec BoxJob(const std::string& method, uint64_t spp);
 
-// What the image and the state must be: the same job in this process.
+// What the image and the hashes must be: the same job in this process.
 struct Expected {
   Image image;
-  ContentHash state;
+  JobReport report;
 };
 Expected RenderHere(const SceneBundle& bundle, const JobSpec& spec, int threads = 1);
 // Bit by bit, NaN or not.
