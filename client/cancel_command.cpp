@@ -5,6 +5,7 @@
 
 #include "client/command.h"
 #include "client/farm_session.h"
+#include "core/learning/report_json.h"
 
 namespace lodestar {
 
@@ -26,7 +27,7 @@ void AddCancelCommand(CLI::App& app, Invocation& invocation) {
         OnFarm([&] { farm.Cancel({job}); });
         if (!arguments->json) std::cout << "cancelled " << job << "\n";
       }
-      if (arguments->json) std::cout << nlohmann::json{{"cancelled", arguments->jobs}}.dump(2) << "\n";
+      if (arguments->json) std::cout << DumpJson({{"cancelled", arguments->jobs}}) << "\n";
       return ExitCode::kOk;
     };
   });

@@ -113,12 +113,12 @@ ExitCode CompareMethods(const CompareArguments& arguments, const std::string& co
   nlohmann::json document = {{"scene", arguments.job.scene}, {"command", command_line}, {"reference", arguments.reference}, {"methods", Summarize(runs)}};
   const bool plotted = DrawErrorPlot(folder / "compare.csv", folder / "compare-error.png", fs::path(arguments.job.scene).stem().string());
   document["plot"] = plotted ? nlohmann::json("compare-error.png") : nlohmann::json(nullptr);
-  WriteText(folder / "compare.json", document.dump(2) + "\n");
+  WriteText(folder / "compare.json", DumpJson(document) + "\n");
   const std::string markdown = MarkdownReport(document);
   WriteText(folder / "report.md", markdown);
   WriteText(folder / "report.html", HtmlReport(document));
   if (arguments.json) {
-    std::cout << document.dump(2) << "\n";
+    std::cout << DumpJson(document) << "\n";
   } else {
     std::cout << markdown.substr(0, markdown.find("\n![")) << "\nreport  " << (folder / "report.html").string() << "\n";
   }

@@ -35,7 +35,7 @@ ExitCode Diff(const DiffArguments& arguments) {
     json["image"] = arguments.image;
     json["reference"] = arguments.reference;
     if (!arguments.output.empty()) json["map"] = arguments.output;
-    std::cout << json.dump(2) << "\n";
+    std::cout << DumpJson(json) << "\n";
   } else {
     std::cout << "RMSE             " << FormatNumber(metrics.rmse) << "\nMSE              " << FormatNumber(metrics.mse) << "\nMAE              "
               << FormatNumber(metrics.mae) << "\nrelMSE           " << FormatNumber(metrics.relmse) << "\nrelMSE, trimmed  "

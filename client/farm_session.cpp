@@ -136,7 +136,7 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
     document["phase"] = JobPhaseName(status.phase);
   }
   if (options.json) {
-    std::cout << document.dump(2) << "\n";
+    std::cout << DumpJson(document) << "\n";
   } else if (document.contains("files")) {
     std::cout << Summary(document);
   } else {

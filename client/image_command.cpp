@@ -33,7 +33,7 @@ void AddImageCommand(CLI::App& app, Invocation& invocation) {
       FarmClient farm(arguments->farm.address, arguments->farm.options);
       const JobStatus status = OnFarm([&] { return farm.GetJob({arguments->job}); });
       const nlohmann::json report = DeliverJob(farm, status, follow);
-      std::cout << (follow.json ? report.dump(2) + "\n" : Summary(report));
+      std::cout << (follow.json ? DumpJson(report) + "\n" : Summary(report));
       return ExitCode::kOk;
     };
   });

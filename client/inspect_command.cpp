@@ -48,7 +48,7 @@ ExitCode Inspect(const InspectArguments& arguments) {
                            {"memory_bytes", scene.memory_bytes()},
                            {"files", description.files},
                            {"left_out", description.left_out}};
-    std::cout << json.dump(2) << "\n";
+    std::cout << DumpJson(json) << "\n";
     return ExitCode::kOk;
   }
   const auto vec = [](Vec3 v) { return "(" + FormatNumber(v.x) + ", " + FormatNumber(v.y) + ", " + FormatNumber(v.z) + ")"; };

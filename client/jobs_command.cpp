@@ -5,6 +5,7 @@
 
 #include "client/command.h"
 #include "client/farm_session.h"
+#include "core/learning/report_json.h"
 
 namespace lodestar {
 
@@ -23,7 +24,7 @@ void AddJobsCommand(CLI::App& app, Invocation& invocation) {
       if (arguments->json) {
         nlohmann::json list = nlohmann::json::array();
         for (const JobStatus& job : jobs) list.push_back(StatusToJson(job));
-        std::cout << nlohmann::json{{"jobs", list}}.dump(2) << "\n";
+        std::cout << DumpJson({{"jobs", list}}) << "\n";
       } else if (jobs.empty()) {
         std::cout << "no jobs\n";
       } else {

@@ -90,7 +90,7 @@ Json DeliverRender(const OutputPaths& paths, const Image& image, Json report, co
     files["plot"] = paths.plot.string();
   }
   report["files"] = files;
-  WriteText(paths.json, report.dump(2) + "\n");
+  WriteText(paths.json, DumpJson(report) + "\n");
   return files;
 }
 

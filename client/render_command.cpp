@@ -53,7 +53,7 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
     report["files"] = DeliverRender(paths, result.image, report, job.method);
   }
   if (arguments.json) {
-    std::cout << report.dump(2) << "\n";
+    std::cout << DumpJson(report) << "\n";
   } else {
     std::cout << Summary(report);
   }

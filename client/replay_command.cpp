@@ -111,7 +111,7 @@ ExitCode Replay(const ReplayArguments& arguments) {
     nlohmann::json json = {{"pixel", {pixel.x, pixel.y}}, {"pass", arguments.pass}, {"iteration", arguments.iteration}, {"radiance", {c.r, c.g, c.b}},
                            {"bits", bits}};
     if (offends) json["event"] = event;
-    std::cout << json.dump(2) << "\n";
+    std::cout << DumpJson(json) << "\n";
   } else {
     std::cout << "radiance " << c.r << " " << c.g << " " << c.b << "\nbits     " << bits << "\n";
     if (offends) std::cout << "health   " << event << "\n";

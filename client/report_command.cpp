@@ -31,7 +31,7 @@ void AddReportCommand(CLI::App& app, Invocation& invocation) {
       if (!report.is_object()) throw Error(ErrorKind::kCorrupt, "the report of " + arguments->job + " is not JSON; is the coordinator of another version?");
       report = CompleteReport(std::move(report), {status.name, command_line});
       if (arguments->json) {
-        std::cout << report.dump(2) << "\n";
+        std::cout << DumpJson(report) << "\n";
       } else if (arguments->csv) {
         const auto seed = report.value("/job/seed"_json_pointer, uint64_t{0});
         std::cout << kCsvHeader << PointsToCsv(status.method, seed, PointsFromJson(report.value("points", nlohmann::json::array())));

@@ -68,7 +68,7 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
     return FollowJob(farm, id, follow);
   }
   if (follow.json) {
-    std::cout << nlohmann::json{{"job", id.value}, {"name", submission.name}, {"farm", arguments.farm.address}}.dump(2) << "\n";
+    std::cout << DumpJson({{"job", id.value}, {"name", submission.name}, {"farm", arguments.farm.address}}) << "\n";
   } else {
     std::cout << id.value << "\n";
   }

@@ -7,6 +7,7 @@
 #include "client/command.h"
 #include "client/farm_session.h"
 #include "client/values.h"
+#include "core/learning/report_json.h"
 
 namespace lodestar {
 
@@ -40,7 +41,7 @@ void AddWorkersCommand(CLI::App& app, Invocation& invocation) {
         }
       }
       if (arguments->json) {
-        std::cout << nlohmann::json{{"workers", list}}.dump(2) << "\n";
+        std::cout << DumpJson({{"workers", list}}) << "\n";
       } else if (workers.empty()) {
         std::cout << "no workers; start one with: lodestar-worker --coordinator " << arguments->farm.address << "\n";
       }

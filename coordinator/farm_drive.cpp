@@ -47,7 +47,7 @@ class CheckpointWriter {
 
 void Farm::Snapshot(Job& job, const Loop& loop) {
   auto image = std::make_shared<const Image>(loop.Develop());
-  auto report = ReportToJson(loop.Report()).dump();
+  auto report = DumpJson(ReportToJson(loop.Report()), -1);
   std::lock_guard lock(mutex_);
   job.image = std::move(image);
   job.report = std::move(report);
@@ -79,7 +79,7 @@ void Farm::StoreCheckpoint(Job& job, JobCheckpoint checkpoint) {
 void Farm::StoreResult(Job& job, const Loop& loop) {
   const Image developed = loop.Develop();
   const ContentHash image = blobs_->Put(Compress(ImageToBytes(developed)));
-  const std::string report = ReportToJson(FinalReport(loop, developed)).dump();
+  const std::string report = DumpJson(ReportToJson(FinalReport(loop, developed)), -1);
   CrashPoint("result-blob");
   ContentHash checkpoint;
   Persist(job, [&](StoredJob& stored) {

@@ -31,6 +31,14 @@ std::string CsvNumber(double value) {
   return std::isfinite(value) ? text : "";
 }
 
+// A label with options in it has commas.
+std::string CsvText(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
 }  // namespace
 
 const char kCsvHeader[] = "method,seed,seconds,spp,iteration,relmse_estimated,rmse,mse,mae,relmse,relmse_trimmed\n";
@@ -68,6 +76,7 @@ std::vector<ErrorPoint> PointsFromJson(const Json& list) {
     // Null stands for "not known yet", which is an infinity.
     const auto estimated = json.find("relmse_estimated");
     point.relmse_estimated = estimated != json.end() && estimated->is_number() ? estimated->get<double>() : INFINITY;
+    if (!(point.relmse_estimated >= 0)) point.relmse_estimated = INFINITY;
     if (const auto reference = json.find("reference"); reference != json.end() && reference->is_object()) {
       point.against_reference = ErrorMetrics{number(*reference, "rmse"), number(*reference, "mse"), number(*reference, "mae"),
                                              number(*reference, "relmse"), number(*reference, "relmse_trimmed")};
@@ -111,10 +120,11 @@ Json ReportToJson(const JobReport& report) {
   return json;
 }
 
+std::string DumpJson(const Json& json, int indent) { return json.dump(indent, ' ', false, Json::error_handler_t::replace); }
+
 std::string PointsToCsv(const std::string& label, uint64_t seed, const std::vector<ErrorPoint>& points) {
   std::string csv;
-  // A label with options in it has commas.
-  const std::string name = label.find_first_of(",\"") == std::string::npos ? label : '"' + label + '"';
+  const std::string name = CsvText(label);
   for (const ErrorPoint& point : points) {
     csv += name + "," + std::to_string(seed) + "," + CsvNumber(point.seconds) + "," + std::to_string(point.spp) + "," + std::to_string(point.iteration) + "," +
            CsvNumber(point.relmse_estimated);

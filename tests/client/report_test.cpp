@@ -63,6 +63,29 @@ TEST(Report, CsvHasAsManyCellsAsItsHeader) {
             "\"sdtree:a=1,b=2\",7,2,31,4,0.125,1,2,3,4,5\n");
 }
 
+TEST(Report, CsvLabelsAreQuotedWhereTheyMustBe) {
+  const std::vector<ErrorPoint> one(1);
+  EXPECT_THAT(PointsToCsv("plain", 0, one), testing::StartsWith("plain,0,"));
+  EXPECT_THAT(PointsToCsv("say \"a,b\"", 0, one), testing::StartsWith("\"say \"\"a,b\"\"\",0,"));
+  EXPECT_THAT(PointsToCsv("a\nb", 0, one), testing::StartsWith("\"a\nb\",0,"));
+}
+
+TEST(Report, WhatIsNoErrorIsUnknown) {
+  const auto points = PointsFromJson(nlohmann::json::parse(R"([{"relmse_estimated": null}, {"relmse_estimated": -1}, {}, {"relmse_estimated": 0.5}])"));
+  ASSERT_EQ(points.size(), 4u);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(points[static_cast<size_t>(i)].relmse_estimated, INFINITY) << i;
+  EXPECT_EQ(points[3].relmse_estimated, 0.5);
+  EXPECT_EQ(PointsFromJson(nlohmann::json::array({{{"relmse_estimated", NAN}}}))[0].relmse_estimated, INFINITY);
+}
+
+TEST(Report, NamesThatAreNotUtf8DoNotEndTheRender) {
+  JobReport report = Sample();
+  report.survey.SetLeftOut({"caf\xe9.pbrt:1:1: x"});
+  const std::string text = DumpJson(ReportToJson(report));
+  EXPECT_THAT(text, HasSubstr("caf\xef\xbf\xbd.pbrt"));
+  EXPECT_TRUE(nlohmann::json::accept(text));
+}
+
 TEST(Report, InfinitiesAreNullInJsonAndEmptyInCsv) {
   JobReport report = Sample();
   report.points[0].relmse_estimated = INFINITY;
