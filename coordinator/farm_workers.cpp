@@ -278,7 +278,8 @@ void Farm::CountLoss(Job& job, const WorkerId& worker, Deferred* deferred) {
   if (workers_.empty() || (!job.lost.empty() && now - job.last_loss < options_.leases.duration)) return;
   job.lost.insert(worker);
   job.last_loss = now;
-  job.Log("lost " + worker.value + " while it worked on this job");
+  const auto known = workers_.find(worker);
+  job.Log("lost " + worker.value + (known != workers_.end() ? " (" + known->second.info.name + ")" : "") + " while it worked on this job");
   if (job.lost.size() < static_cast<size_t>(options_.strikes) || !job.failure.empty()) return;
   FailRunning(job,
               std::to_string(job.lost.size()) + " workers were lost on this job and nothing was finished in between: its scene may need more memory than they have; see their logs, " +

@@ -16,19 +16,23 @@ struct InProcessFarm : testing::Test {
   std::unique_ptr<Farm> farm;
   std::unique_ptr<Server> server;
   std::unique_ptr<FarmClient> client;
+  Farm::Options options;
 
   InProcessFarm() {
-    Farm::Options options;
     options.store = folder.path() / "store";
     options.leases.duration = std::chrono::seconds(2);
     options.leases.straggler_grace = std::chrono::milliseconds(50);
     options.leases.unknown_grace = std::chrono::milliseconds(300);
     options.blobs.reserve_bytes = 1 << 20;
+    Start();
+  }
+  ~InProcessFarm() override { End(); }
+  void Start() {
     farm = std::make_unique<Farm>(options);
     server = std::make_unique<Server>(*farm, Server::Options());
     client = std::make_unique<FarmClient>(server->address());
   }
-  ~InProcessFarm() override {
+  void End() {
     client.reset();
     server.reset();
     farm.reset();

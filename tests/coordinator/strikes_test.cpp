@@ -1,0 +1,94 @@
+// A scene that costs its workers' lives must not take the farm with it: after three, its job ends and says why.
+#include "tests/coordinator/hand_worker.h"
+#include "tests/coordinator/in_process_farm.h"
+
+namespace lodestar {
+namespace {
+
+using std::chrono::seconds;
+
+struct Strikes : InProcessFarm {
+  ManualClock clock;
+  Strikes() {
+    End();
+    options.clock = &clock;
+    options.leases.duration = seconds(10);
+    Start();
+  }
+  ~Strikes() override { End(); }  // before the clock goes
+  // A lease that nobody renews is over, but its worker is not forgotten yet.
+  void LoseLeases() { clock.Advance(seconds(11)); }
+  size_t LossesSaid(const JobId& id) {
+    size_t count = 0;
+    for (const auto& line : client->GetJob(id).log) count += line.starts_with("lost worker-");
+    return count;
+  }
+};
+
+TEST_F(Strikes, ASceneThatHasCostThreeWorkersFailsItsJob) {
+  const auto id = SubmitBox(BoxJob("path", 8));
+  std::vector<std::unique_ptr<HandWorker>> lost;
+  for (size_t i = 1; i <= 3; ++i) {
+    EXPECT_EQ(client->GetJob(id).phase, JobPhase::kQueued) << "after " << i - 1;
+    lost.push_back(std::make_unique<HandWorker>(server->address(), box, BoxJob("path", 8), "unlucky-" + std::to_string(i)));
+    const auto unit = lost.back()->Lease();  // to survey the scene, which takes all its memory
+    ASSERT_TRUE(unit && !unit->render);
+    LoseLeases();
+    ASSERT_TRUE(Eventually(seconds(10), [&] { return LossesSaid(id) == i; }));
+  }
+  ASSERT_TRUE(Eventually(seconds(10), [&] { return Ended(client->GetJob(id).phase); }));
+  const auto status = client->GetJob(id);
+  EXPECT_EQ(status.phase, JobPhase::kFailed);
+  EXPECT_NE(status.error.find("3 workers were lost"), std::string::npos) << status.error;
+  EXPECT_NE(status.error.find("memory"), std::string::npos) << status.error;
+  for (size_t i = 1; i <= 3; ++i) {
+    EXPECT_NE(status.log[i - 1].find("unlucky-" + std::to_string(i)), std::string::npos) << status.log[i - 1];
+  }
+  EXPECT_EQ(status.log.back(), status.error);
+  // It is remembered, and the queue goes on.
+  End();
+  Start();
+  EXPECT_EQ(client->GetJob(id).error, status.error);
+  EXPECT_EQ(client->GetJob(id).log, status.log);
+  const auto next = SubmitBox(BoxJob("path", 8));
+  HandWorker worker(server->address(), box, BoxJob("path", 8));
+  const auto unit = worker.Lease();
+  ASSERT_TRUE(unit);
+  EXPECT_EQ(unit->job, next);
+}
+
+TEST_F(Strikes, LossesCountOnceAtATimeAndNotBeyondAResult) {
+  const auto spec = BoxJob("path", 8);
+  const auto id = SubmitBox(spec);
+  HandWorker first(server->address(), box, spec, "first");
+  const auto survey = first.Lease();
+  ASSERT_TRUE(survey && !survey->render);
+  first.Survey(*survey);
+  auto unit = first.Lease();
+  ASSERT_TRUE(unit && unit->render);
+  size_t said = 0;
+  const auto lose = [&](int workers) {
+    std::vector<std::unique_ptr<HandWorker>> lost;
+    for (int i = 0; i < workers; ++i) {
+      lost.push_back(std::make_unique<HandWorker>(server->address(), box, spec, "unlucky"));
+      const auto lease = lost.back()->Lease();
+      ASSERT_TRUE(lease && lease->render);
+    }
+    LoseLeases();
+    ++said;
+    ASSERT_TRUE(Eventually(seconds(10), [&] { return LossesSaid(id) == said; }));
+  };
+  lose(3);  // together with the first one's lease: a switch, or a power cut
+  lose(1);
+  EXPECT_EQ(client->GetJob(id).phase, JobPhase::kRunning);
+  EXPECT_EQ(first.Render(*unit), ContributionOutcome::kCommitted) << "late, and taken all the same";
+  lose(1);
+  lose(1);
+  EXPECT_EQ(client->GetJob(id).phase, JobPhase::kRunning) << "a result came in between";
+  lose(1);
+  ASSERT_TRUE(Eventually(seconds(10), [&] { return Ended(client->GetJob(id).phase); }));
+  EXPECT_EQ(client->GetJob(id).phase, JobPhase::kFailed);
+}
+
+}  // namespace
+}  // namespace lodestar
