@@ -128,6 +128,7 @@ void Farm::Drive(Job& job) {
       writer.Write([this, &job, position = std::move(position)]() mutable { StoreCheckpoint(job, std::move(position)); });
     };
     // Step 3: run.
+    bool left = false;  // with the round under way in the last checkpoint
     Loop::Hooks hooks;
     hooks.progress = [&](const JobProgress& progress) {
       bool wanted = false;
@@ -143,13 +144,15 @@ void Farm::Drive(Job& job) {
     hooks.checkpoint = [&](const Loop&) { checkpoint(nullptr, false); };
     FarmExecutor executor(*this, job, *loop, std::move(resumed), [&](const OpenRound* open) {
       // A snapshot can be answered while a round is under way too: the loop stands at its edge.
-      bool wanted = false;
+      bool wanted = false, ending = false;
       {
         std::lock_guard lock(mutex_);
         wanted = job.snapshot_wanted && job.progress.passes > 0;
+        ending = ending_ && !job.cancelled;
       }
       if (wanted) Snapshot(job, *loop);
-      checkpoint(open, false);
+      checkpoint(open, ending);
+      left = ending;
     });
     {
       Deferred deferred;
@@ -171,7 +174,7 @@ void Farm::Drive(Job& job) {
         StoreResult(job, *loop);
         stored_result = true;
       }
-    } else if (ending && !cancelled) {
+    } else if (ending && !cancelled && !left) {
       checkpoint(nullptr, true);
     }
   } catch (const Error& error) {

@@ -91,7 +91,12 @@ std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<co
     checkpoint_(current.get());
     lock.lock();
   }
-  if (!current->leases.complete()) return std::nullopt;
+  if (!current->leases.complete()) {
+    const bool ending = farm_.ending_;
+    lock.unlock();
+    if (ending) checkpoint_(current.get());
+    return std::nullopt;
+  }
   std::erase(run_->open, current);
   lock.unlock();
   std::lock_guard merge(current->merge);

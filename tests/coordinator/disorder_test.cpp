@@ -103,8 +103,7 @@ TEST_F(InProcessFarm, DisorderDoesNotShow) {
   }
 }
 
-TEST_F(InProcessFarm, PartsOfACheckpointedRoundAreNotRenderedAgain) {
-  // A round that never completes by itself: its one worker answers for the first leases only.
+TEST_F(InProcessFarm, ResultsAreTakenOnceAndOnlyWhereTheyBelong) {
   const auto spec = BoxJob("path", 64);
   const auto compiled = CompileJob(ParsePbrtFile(box.files.front().path), spec);
   const auto method = MakeMethod(spec, compiled.survey);
