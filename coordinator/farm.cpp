@@ -123,7 +123,7 @@ JobStatus Farm::Status(const Job& job) const {
   s.height = job.height;
   if (s.phase == JobPhase::kQueued) {
     if (!job.stored.survey.empty()) {
-      s.waiting_for = "its turn: " + std::to_string(options_.max_running) + " jobs run at a time";
+      s.waiting_for = job.driven ? "its first round" : "its turn: " + std::to_string(options_.max_running) + " jobs run at a time";
     } else {
       s.waiting_for = !job.surveys.empty() ? "the survey of its scene" : workers_.empty() ? "a worker: none is registered" : "a worker to survey its scene";
     }

@@ -1,10 +1,13 @@
 #!/bin/sh
 # A coordinator and N workers on this machine, on a free loopback port, until interrupted.
-# Usage: deploy/local-cluster.sh [WORKERS] [THREADS-EACH]
+# Usage: deploy/local-cluster.sh [WORKERS] [THREADS-EACH]    LODESTAR_BIN: folder of the programs; LODESTAR_STORE: folder to use, and find again
 set -eu
 workers=${1:-2}
 threads=${2:-1}
 bin=${LODESTAR_BIN:-$(dirname "$0")/../build/release/bin}
+for program in lodestar-coordinator lodestar-worker; do
+  [ -x "$bin/$program" ] || { echo "no $program in $bin: build it with scripts/build.sh, or name its folder with LODESTAR_BIN" >&2; exit 1; }
+done
 folder=${LODESTAR_STORE:-$(mktemp -d "${TMPDIR:-/tmp}/lodestar.XXXXXX")}
 mkdir -p "$folder"
 rm -f "$folder/port"
@@ -32,5 +35,5 @@ while [ "$i" -lt "$workers" ]; do
   pids="$pids $!"
 done
 echo "farm: $farm   logs and store: $folder"
-echo "  export LODESTAR_FARM=$farm; lodestar submit scene.pbrt --watch"
+echo "  export LODESTAR_FARM=$farm; $bin/lodestar submit scene.pbrt --watch"
 wait "$coordinator"
