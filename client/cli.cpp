@@ -44,7 +44,8 @@ std::string ExplainExtras(CLI::App& app) {
     if (!option && after_option) continue;  // the value of an option that nobody knows
     after_option = option;
     if (!text.empty()) text += "\n";
-    text += option ? "unknown option " + name : (chosen.empty() ? "unknown command '" : "unexpected argument '") + word + "'";
+    text += option ? "unknown option " + name
+                   : (chosen.empty() ? "unknown command '" : "unexpected argument '") + word + "'";
     if (option || chosen.empty()) text += Suggestion(name, names);
   }
   return text;
@@ -134,7 +135,9 @@ int RunCli(int argc, const char* const* argv) {
   } catch (const std::bad_alloc&) {
     return Report("out of memory; try a lower --resolution or a smaller scene", ExitCode::kInternal);
   } catch (const std::exception& error) {
-    return Report(std::string("internal error: ") + error.what() + "\nplease report it with the command: " + invocation.command_line, ExitCode::kInternal);
+    return Report(std::string("internal error: ") + error.what() +
+                      "\nplease report it with the command: " + invocation.command_line,
+                  ExitCode::kInternal);
   }
 }
 

@@ -13,12 +13,14 @@
 namespace lodestar {
 
 struct Invocation {
-  std::string command_line;          // as typed, quoted for a shell: goes into what the command writes
-  std::function<ExitCode()> run;     // set by the chosen subcommand
+  std::string command_line;       // as typed, quoted for a shell: goes into what the command writes
+  std::function<ExitCode()> run;  // set by the chosen subcommand
 };
 
 // A check that leaves the option's type in --help alone; its message still says what is accepted.
-inline CLI::Validator Unnamed(const CLI::Validator& check) { return check.description(""); }
+inline CLI::Validator Unnamed(const CLI::Validator& check) {
+  return check.description("");
+}
 
 void AddRenderCommand(CLI::App& app, Invocation& invocation);
 void AddCompareCommand(CLI::App& app, Invocation& invocation);

@@ -44,13 +44,15 @@ std::vector<Contender> Contenders(const CompareArguments& arguments) {
     }
     contenders.push_back(std::move(contender));
   }
-  if (contenders.empty()) throw Error(ErrorKind::kInvalidInput, "--methods is empty; name at least one, e.g. path,sdtree");
+  if (contenders.empty())
+    throw Error(ErrorKind::kInvalidInput, "--methods is empty; name at least one, e.g. path,sdtree");
   return contenders;
 }
 
 // Renders one seed of one method and writes its image, picture and error map.
-ComparisonRun RunOne(const CompareArguments& arguments, const CompiledJob& compiled, const Contender& contender, uint64_t seed,
-                     const std::shared_ptr<const Image>& reference, const StopToken& stop, const std::string& command_line) {
+ComparisonRun RunOne(const CompareArguments& arguments, const CompiledJob& compiled, const Contender& contender,
+                     uint64_t seed, const std::shared_ptr<const Image>& reference, const StopToken& stop,
+                     const std::string& command_line) {
   JobSpec job = contender.job;
   job.seed = seed;
   ProgressLine progress(arguments.quiet);
@@ -62,13 +64,15 @@ ComparisonRun RunOne(const CompareArguments& arguments, const CompiledJob& compi
   if (run.report.passes == 0) return run;
   const fs::path folder = arguments.output;
   const std::string stem = FileLabel(run.label) + "-seed" + std::to_string(seed);
-  WriteImage(folder / (stem + ".exr"), result.image, ImageMetadata(CompleteReport(ReportToJson(run.report), {arguments.job.scene, command_line})));
+  WriteImage(folder / (stem + ".exr"), result.image,
+             ImageMetadata(CompleteReport(ReportToJson(run.report), {arguments.job.scene, command_line})));
   run.picture = stem + ".png";
   WriteImage(folder / run.picture, result.image, {});
   if (reference) {
     run.metrics = Compare(result.image, *reference);
     run.map = stem + "-map.png";
-    WriteBytesPng(folder / run.map, result.image.width, result.image.height, FalseColour(RelativeLuminanceError(result.image, *reference)));
+    WriteBytesPng(folder / run.map, result.image.width, result.image.height,
+                  FalseColour(RelativeLuminanceError(result.image, *reference)));
   }
   return run;
 }
@@ -82,8 +86,10 @@ ExitCode CompareMethods(const CompareArguments& arguments, const std::string& co
   if (!arguments.reference.empty()) reference = std::make_shared<const Image>(ReadImageFile(arguments.reference));
   const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
   const CompiledJob compiled = CompileScene(description, contenders.front().job);
-  if (reference) CheckReferenceSize(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
-  for (const Contender& contender : contenders) MakeMethod(contender.job, compiled.survey);  // refuses bad values before the first render
+  if (reference)
+    CheckReferenceSize(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
+  for (const Contender& contender : contenders)
+    MakeMethod(contender.job, compiled.survey);  // refuses bad values before the first render
 
   // 2. All methods of a seed before the next seed: a machine that slows down slows all of them.
   std::vector<ComparisonRun> runs;
@@ -93,7 +99,9 @@ ExitCode CompareMethods(const CompareArguments& arguments, const std::string& co
     for (int i = 0; i < arguments.seeds && !stop.Requested(); ++i) {
       for (const Contender& contender : contenders) {
         const uint64_t seed = arguments.job.seed + static_cast<uint64_t>(i);
-        if (!arguments.quiet) std::fprintf(stderr, "%s, seed %llu\n", contender.choice.label.c_str(), static_cast<unsigned long long>(seed));
+        if (!arguments.quiet)
+          std::fprintf(stderr, "%s, seed %llu\n", contender.choice.label.c_str(),
+                       static_cast<unsigned long long>(seed));
         ComparisonRun run = RunOne(arguments, compiled, contender, seed, reference, stop, command_line);
         if (stop.Requested()) break;  // a run cut short would be compared with whole ones
         runs.push_back(std::move(run));
@@ -110,8 +118,12 @@ ExitCode CompareMethods(const CompareArguments& arguments, const std::string& co
   std::string csv = kCsvHeader;
   for (const ComparisonRun& run : runs) csv += PointsToCsv(run.label, run.seed, run.report.points);
   WriteText(folder / "compare.csv", csv);
-  nlohmann::json document = {{"scene", arguments.job.scene}, {"command", command_line}, {"reference", arguments.reference}, {"methods", Summarize(runs)}};
-  const bool plotted = DrawErrorPlot(folder / "compare.csv", folder / "compare-error.png", fs::path(arguments.job.scene).stem().string());
+  nlohmann::json document = {{"scene", arguments.job.scene},
+                             {"command", command_line},
+                             {"reference", arguments.reference},
+                             {"methods", Summarize(runs)}};
+  const bool plotted = DrawErrorPlot(folder / "compare.csv", folder / "compare-error.png",
+                                     fs::path(arguments.job.scene).stem().string());
   document["plot"] = plotted ? nlohmann::json("compare-error.png") : nlohmann::json(nullptr);
   WriteText(folder / "compare.json", DumpJson(document) + "\n");
   const std::string markdown = MarkdownReport(document);
@@ -131,16 +143,22 @@ void AddCompareCommand(CLI::App& app, Invocation& invocation) {
   auto arguments = std::make_shared<CompareArguments>();
   CLI::App* sub = app.add_subcommand("compare", "Render a scene with several methods and compare their errors");
   AddJobOptions(*sub, arguments->job, {.method = false, .budget = true});
-  sub->add_option("--methods", arguments->methods, "Methods with their options, e.g. path,sdtree:nee=always,combine=discard; the first is the baseline")
+  sub->add_option("--methods", arguments->methods,
+                  "Methods with their options, e.g. path,sdtree:nee=always,combine=discard; the first is the baseline")
       ->capture_default_str()
       ->type_name("LIST");
-  sub->add_option("--seeds", arguments->seeds, "Runs of each method, with seeds --seed, --seed + 1, ...")->capture_default_str()->check(Unnamed(CLI::Range(1, 10000)));
-  sub->add_option("--reference", arguments->reference, "Measure the error against this image of the same size [estimate it from the variances]")
+  sub->add_option("--seeds", arguments->seeds, "Runs of each method, with seeds --seed, --seed + 1, ...")
+      ->capture_default_str()
+      ->check(Unnamed(CLI::Range(1, 10000)));
+  sub->add_option("--reference", arguments->reference,
+                  "Measure the error against this image of the same size [estimate it from the variances]")
       ->type_name("FILE");
-  sub->add_option("-o,--output", arguments->output, "Folder for report.html, report.md, compare.csv, compare.json, the plot, images and error maps")
+  sub->add_option("-o,--output", arguments->output,
+                  "Folder for report.html, report.md, compare.csv, compare.json, the plot, images and error maps")
       ->required()
       ->type_name("DIR");
-  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]")->check(Unnamed(CLI::Range(1, 4096)));
+  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]")
+      ->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--json", arguments->json, "One JSON document on standard out");
   sub->add_flag("--quiet", arguments->quiet, "No progress on standard error");
   sub->footer(
@@ -148,7 +166,9 @@ void AddCompareCommand(CLI::App& app, Invocation& invocation) {
       "  lodestar compare scenes/door-ajar.pbrt --time 60s --seeds 3 --reference ref.exr -o out/report\n"
       "  lodestar compare scene.pbrt --methods path,sdtree,sdtree:combine=discard --spp 128 -o out/report");
   sub->callback([arguments, &invocation] {
-    invocation.run = [arguments, command_line = invocation.command_line] { return CompareMethods(*arguments, command_line); };
+    invocation.run = [arguments, command_line = invocation.command_line] {
+      return CompareMethods(*arguments, command_line);
+    };
   });
 }
 

@@ -13,7 +13,11 @@ namespace {
 using Json = nlohmann::json;
 
 Json ToJson(const Spread& spread) {
-  return {{"mean", spread.mean}, {"median", spread.median}, {"deviation", spread.deviation}, {"low", spread.low}, {"high", spread.high}};
+  return {{"mean", spread.mean},
+          {"median", spread.median},
+          {"deviation", spread.deviation},
+          {"low", spread.low},
+          {"high", spread.high}};
 }
 
 // The figure that methods are ranked by.
@@ -98,10 +102,12 @@ Json Summarize(const std::vector<ComparisonRun>& runs) {
     json["seconds"] = ToJson(seconds);
     json["seconds_learning"] = ToJson(Over(mine, [](const ComparisonRun& run) { return run.report.seconds_learning; }));
     json["spp"] = ToJson(Over(mine, [](const ComparisonRun& run) { return static_cast<double>(run.report.passes); }));
-    json["rays_per_second"] =
-        ToJson(Over(mine, [](const ComparisonRun& run) { return run.report.seconds > 0 ? static_cast<double>(run.report.rays) / run.report.seconds : 0; }));
-    json["relmse_estimated"] =
-        ToJson(Over(mine, [](const ComparisonRun& run) { return run.report.points.empty() ? 0 : run.report.points.back().relmse_estimated; }));
+    json["rays_per_second"] = ToJson(Over(mine, [](const ComparisonRun& run) {
+      return run.report.seconds > 0 ? static_cast<double>(run.report.rays) / run.report.seconds : 0;
+    }));
+    json["relmse_estimated"] = ToJson(Over(mine, [](const ComparisonRun& run) {
+      return run.report.points.empty() ? 0 : run.report.points.back().relmse_estimated;
+    }));
     if (std::all_of(mine.begin(), mine.end(), [](const ComparisonRun* run) { return run->metrics.has_value(); })) {
       json["rmse"] = ToJson(Over(mine, [](const ComparisonRun& run) { return run.metrics->rmse; }));
       json["mse"] = ToJson(Over(mine, [](const ComparisonRun& run) { return run.metrics->mse; }));
@@ -112,8 +118,13 @@ Json Summarize(const std::vector<ComparisonRun>& runs) {
     json["efficiency"] = error.mean > 0 && seconds.mean > 0 ? Json(1 / (error.mean * seconds.mean)) : Json(nullptr);
     json["ratio_to_first"] = error.mean > 0 ? Json(first_error / error.mean) : Json(nullptr);
     for (const ComparisonRun* run : mine) {
-      Json one = {{"seed", run->seed},       {"seconds", run->report.seconds}, {"spp", run->report.passes}, {"health_events", run->report.health.total()},
-                  {"picture", run->picture}, {"map", run->map},                {"points", PointsToJson(run->report.points)}};
+      Json one = {{"seed", run->seed},
+                  {"seconds", run->report.seconds},
+                  {"spp", run->report.passes},
+                  {"health_events", run->report.health.total()},
+                  {"picture", run->picture},
+                  {"map", run->map},
+                  {"points", PointsToJson(run->report.points)}};
       if (run->metrics) one["reference"] = MetricsToJson(*run->metrics);
       json["runs"].push_back(std::move(one));
     }

@@ -1,4 +1,5 @@
-// Methods side by side over several seeds: figures, and the report of them. The JSON of Summarize is the one source of both reports.
+// Methods side by side over several seeds: figures, and the report of them. The JSON of Summarize is the one source of
+// both reports.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +15,11 @@ namespace lodestar {
 
 // One render of a comparison.
 struct ComparisonRun {
-  std::string label;   // the method as the user wrote it
+  std::string label;  // the method as the user wrote it
   uint64_t seed = 0;
   JobReport report;
-  std::optional<ErrorMetrics> metrics;   // of the final image; none without a reference
-  std::string picture, map;              // file names within the report's folder; map empty without a reference
+  std::optional<ErrorMetrics> metrics;  // of the final image; none without a reference
+  std::string picture, map;             // file names within the report's folder; map empty without a reference
 };
 
 struct Spread {
@@ -26,14 +27,16 @@ struct Spread {
 };
 Spread SpreadOf(std::vector<double> values);
 
-// "path,sdtree:nee=always,combine=discard" -> two methods: a piece NAME=VALUE without a method of its own belongs to the one before it.
+// "path,sdtree:nee=always,combine=discard" -> two methods: a piece NAME=VALUE without a method of its own belongs to
+// the one before it.
 std::vector<std::string> SplitMethods(const std::string& text);
 
 // A label as part of a file name.
 std::string FileLabel(const std::string& label);
 
-// By method, in the order of first appearance: spp, seconds, every metric with its spread over the seeds, efficiency = 1 / (error * seconds) and the
-// error of the first method over this one's (above 1: better than the first). The error is the trimmed relMSE, estimated where there is no reference.
+// By method, in the order of first appearance: spp, seconds, every metric with its spread over the seeds, efficiency =
+// 1 / (error * seconds) and the error of the first method over this one's (above 1: better than the first). The error
+// is the trimmed relMSE, estimated where there is no reference.
 nlohmann::json Summarize(const std::vector<ComparisonRun>& runs);
 
 // `document`: {"scene", "command", "methods": Summarize(), "plot": file or null, "reference": file or ""}.

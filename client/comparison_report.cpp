@@ -18,7 +18,9 @@ constexpr struct {
                 {"relmse_trimmed", "trimmed relMSE"},
                 {"relmse_estimated", "estimated relMSE"}};
 
-std::string Number(const Json& value) { return value.is_number() ? FormatNumber(value.get<double>()) : "-"; }
+std::string Number(const Json& value) {
+  return value.is_number() ? FormatNumber(value.get<double>()) : "-";
+}
 
 std::string MeanAndSpread(const Json& spread) {
   if (!spread.is_object()) return "-";
@@ -40,7 +42,8 @@ std::vector<std::vector<std::string>> Table(const Json& methods) {
   for (const Json& method : methods) {
     std::vector<std::string> row = {method["method"], MeanAndSpread(method["seconds"]), Number(method["spp"]["mean"])};
     for (const auto& metric : kMetrics) {
-      if (measured || std::string(metric.key) == "relmse_estimated") row.push_back(MeanAndSpread(method.value(metric.key, Json())));
+      if (measured || std::string(metric.key) == "relmse_estimated")
+        row.push_back(MeanAndSpread(method.value(metric.key, Json())));
     }
     row.push_back(Number(method[measured ? "relmse_trimmed" : "relmse_estimated"]["median"]));
     row.push_back(Number(method["efficiency"]));
@@ -51,10 +54,13 @@ std::vector<std::vector<std::string>> Table(const Json& methods) {
 }
 
 std::string Explanation(const Json& document) {
-  std::string text = "Mean +- sample standard deviation over the seeds. Errors are of linear radiance; trimmed: the worst 0.1 % of pixels left out; "
-                     "median, efficiency = 1 / (error x seconds) and ratio = the first method's error over this one's are of the ";
-  text += document["reference"].get<std::string>().empty() ? "estimated relMSE (no reference was given, so this is each method's own variance)."
-                                                           : "trimmed relMSE against " + document["reference"].get<std::string>() + ".";
+  std::string text =
+      "Mean +- sample standard deviation over the seeds. Errors are of linear radiance; trimmed: the worst 0.1 % of "
+      "pixels left out; "
+      "median, efficiency = 1 / (error x seconds) and ratio = the first method's error over this one's are of the ";
+  text += document["reference"].get<std::string>().empty()
+              ? "estimated relMSE (no reference was given, so this is each method's own variance)."
+              : "trimmed relMSE against " + document["reference"].get<std::string>() + ".";
   return text;
 }
 
@@ -62,11 +68,20 @@ std::string Escape(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
     switch (c) {
-      case '&': escaped += "&amp;"; break;
-      case '<': escaped += "&lt;"; break;
-      case '>': escaped += "&gt;"; break;
-      case '"': escaped += "&quot;"; break;
-      default: escaped += c;
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      default:
+        escaped += c;
     }
   }
   return escaped;
@@ -75,7 +90,8 @@ std::string Escape(const std::string& text) {
 }  // namespace
 
 std::string MarkdownReport(const Json& document) {
-  std::string text = "# Comparison: " + document["scene"].get<std::string>() + "\n\n    " + document["command"].get<std::string>() + "\n\n";
+  std::string text = "# Comparison: " + document["scene"].get<std::string>() + "\n\n    " +
+                     document["command"].get<std::string>() + "\n\n";
   const auto rows = Table(document["methods"]);
   for (size_t i = 0; i < rows.size(); ++i) {
     for (const std::string& cell : rows[i]) (text += "| ") += cell + " ";
@@ -89,7 +105,8 @@ std::string MarkdownReport(const Json& document) {
   for (const Json& method : document["methods"]) {
     const Json& run = method["runs"][0];
     text += "## " + method["method"].get<std::string>() + "\n\n![picture](" + run["picture"].get<std::string>() + ")";
-    if (!run["map"].get<std::string>().empty()) text += " ![relative luminance error](" + run["map"].get<std::string>() + ")";
+    if (!run["map"].get<std::string>().empty())
+      text += " ![relative luminance error](" + run["map"].get<std::string>() + ")";
     text += "\n\n";
   }
   return text;
@@ -98,11 +115,15 @@ std::string MarkdownReport(const Json& document) {
 std::string HtmlReport(const Json& document) {
   std::string text =
       "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>Lodestar comparison</title>\n<style>\n"
-      "body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; color: #222; background: #fff }\n"
-      "table { border-collapse: collapse } td, th { padding: .3rem .7rem; border-bottom: 1px solid #ccc; text-align: right }\n"
-      "td:first-child, th:first-child { text-align: left } code { background: #eee; padding: .2rem .4rem } img { max-width: 100% }\n"
+      "body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem; color: #222; "
+      "background: #fff }\n"
+      "table { border-collapse: collapse } td, th { padding: .3rem .7rem; border-bottom: 1px solid #ccc; text-align: "
+      "right }\n"
+      "td:first-child, th:first-child { text-align: left } code { background: #eee; padding: .2rem .4rem } img { "
+      "max-width: 100% }\n"
       "figure { display: inline-block; margin: .5rem; max-width: 36rem } figcaption { color: #555 }\n</style>\n";
-  text += "<h1>" + Escape(document["scene"]) + "</h1>\n<p><code>" + Escape(document["command"]) + "</code></p>\n<table>\n";
+  text +=
+      "<h1>" + Escape(document["scene"]) + "</h1>\n<p><code>" + Escape(document["command"]) + "</code></p>\n<table>\n";
   const auto rows = Table(document["methods"]);
   for (size_t i = 0; i < rows.size(); ++i) {
     const std::string tag = i == 0 ? "th" : "td";
@@ -111,12 +132,14 @@ std::string HtmlReport(const Json& document) {
     text += "</tr>\n";
   }
   text += "</table>\n<p>" + Escape(Explanation(document)) + "</p>\n";
-  if (document["plot"].is_string()) text += "<p><img src=\"" + Escape(document["plot"]) + "\" alt=\"error against time\"></p>\n";
+  if (document["plot"].is_string())
+    text += "<p><img src=\"" + Escape(document["plot"]) + "\" alt=\"error against time\"></p>\n";
   for (const Json& method : document["methods"]) {
     text += "<h2>" + Escape(method["method"]) + "</h2>\n";
     const Json& run = method["runs"][0];
     const std::string seed = "seed " + run["seed"].dump();
-    text += "<figure><img src=\"" + Escape(run["picture"]) + "\" alt=\"picture\"><figcaption>" + seed + ", " + run["spp"].dump() + " spp</figcaption></figure>\n";
+    text += "<figure><img src=\"" + Escape(run["picture"]) + "\" alt=\"picture\"><figcaption>" + seed + ", " +
+            run["spp"].dump() + " spp</figcaption></figure>\n";
     if (const std::string map = run["map"]; !map.empty()) {
       text += "<figure><img src=\"" + Escape(map) +
               "\" alt=\"error map\"><figcaption>relative luminance error, -1 (blue) to 1 (red)</figcaption></figure>\n";

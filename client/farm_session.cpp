@@ -18,7 +18,8 @@ using Json = nlohmann::json;
 
 // What the job waits for, said once each time it changes.
 void SayWaiting(const JobStatus& status, std::string* said) {
-  const std::string words = status.phase == JobPhase::kQueued && status.waiting_for.empty() ? "queued" : status.waiting_for;
+  const std::string words =
+      status.phase == JobPhase::kQueued && status.waiting_for.empty() ? "queued" : status.waiting_for;
   if (!words.empty() && words != *said) std::fprintf(stderr, "%s: %s\n", status.id.value.c_str(), words.c_str());
   *said = words;
 }
@@ -26,7 +27,10 @@ void SayWaiting(const JobStatus& status, std::string* said) {
 }  // namespace
 
 void AddFarmOption(CLI::App& app, FarmAddress& farm) {
-  app.add_option("--farm", farm.address, "The coordinator")->envname("LODESTAR_FARM")->capture_default_str()->type_name("HOST:PORT");
+  app.add_option("--farm", farm.address, "The coordinator")
+      ->envname("LODESTAR_FARM")
+      ->capture_default_str()
+      ->type_name("HOST:PORT");
   app.add_option("--retry", farm.options.retry_seconds, "Seconds to go on trying while the coordinator does not answer")
       ->check(CLI::NonNegativeNumber.description(""))
       ->capture_default_str();
@@ -34,7 +38,8 @@ void AddFarmOption(CLI::App& app, FarmAddress& farm) {
 
 void ThrowFarmError(const Error& error) {
   if (dynamic_cast<const UnreachableError*>(&error)) {
-    throw CommandError(ExitCode::kFarmUnreachable, std::string(error.what()) + "\nthe address comes from --farm HOST:PORT or LODESTAR_FARM");
+    throw CommandError(ExitCode::kFarmUnreachable,
+                       std::string(error.what()) + "\nthe address comes from --farm HOST:PORT or LODESTAR_FARM");
   }
   throw CommandError(ExitCode::kJobFailed, std::string("the farm refused: ") + error.what());
 }
@@ -75,13 +80,19 @@ Json StatusToJson(const JobStatus& status) {
 
 std::string StatusLine(const JobStatus& status) {
   char line[256];
-  const std::string error = status.relmse_estimated > 0 && std::isfinite(status.relmse_estimated) ? FormatNumber(status.relmse_estimated) : "-";
-  std::snprintf(line, sizeof line, "%-10s %-9s %3.0f%%  %-8s %7llu spp  error %-8s  %8s left  ", status.id.value.c_str(), JobPhaseName(status.phase),
-                100 * (status.phase == JobPhase::kDone ? 1 : status.fraction), status.method.c_str(), static_cast<unsigned long long>(status.passes),
-                error.c_str(), FormatDuration(Ended(status.phase) ? 0 : status.seconds_left).c_str());
+  const std::string error = status.relmse_estimated > 0 && std::isfinite(status.relmse_estimated)
+                                ? FormatNumber(status.relmse_estimated)
+                                : "-";
+  std::snprintf(line, sizeof line, "%-10s %-9s %3.0f%%  %-8s %7llu spp  error %-8s  %8s left  ",
+                status.id.value.c_str(), JobPhaseName(status.phase),
+                100 * (status.phase == JobPhase::kDone ? 1 : status.fraction), status.method.c_str(),
+                static_cast<unsigned long long>(status.passes), error.c_str(),
+                FormatDuration(Ended(status.phase) ? 0 : status.seconds_left).c_str());
   std::string text = line + status.name;
-  if (!status.error.empty()) text += "\n    " + status.error;
-  else if (!status.waiting_for.empty()) text += "\n    waiting for " + status.waiting_for;
+  if (!status.error.empty())
+    text += "\n    " + status.error;
+  else if (!status.waiting_for.empty())
+    text += "\n    waiting for " + status.waiting_for;
   return text;
 }
 
@@ -89,9 +100,12 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
   const Image image = OnFarm([&] { return farm.GetImage(status.id); });
   const std::string text = OnFarm([&] { return farm.GetReport(status.id); });
   Json report = Json::parse(text, nullptr, false);
-  if (!report.is_object()) throw Error(ErrorKind::kCorrupt, "the report of " + status.id.value + " is not JSON; is the coordinator of another version?");
+  if (!report.is_object())
+    throw Error(ErrorKind::kCorrupt,
+                "the report of " + status.id.value + " is not JSON; is the coordinator of another version?");
   report["farm_job"] = status.id.value;
-  report = CompleteReport(std::move(report), {options.scene_path.empty() ? status.name : options.scene_path, options.command_line});
+  report = CompleteReport(std::move(report),
+                          {options.scene_path.empty() ? status.name : options.scene_path, options.command_line});
   if (!options.reference.empty()) {
     const Image reference = ReadImageFile(options.reference);
     CheckReferenceSize(reference, options.reference, image.width, image.height);
@@ -127,8 +141,8 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
   }
   const bool interrupted = InterruptGuard::Interrupted() && !Ended(status.phase);
   if (interrupted) {
-    std::fprintf(stderr, "%s goes on; follow it again with: lodestar watch %s, end it with: lodestar cancel %s\n", id.value.c_str(), id.value.c_str(),
-                 id.value.c_str());
+    std::fprintf(stderr, "%s goes on; follow it again with: lodestar watch %s, end it with: lodestar cancel %s\n",
+                 id.value.c_str(), id.value.c_str(), id.value.c_str());
   }
   Json document = StatusToJson(status);
   if (!options.output.empty() && status.passes > 0) {

@@ -19,7 +19,8 @@ struct FarmAddress {
 // --farm HOST:PORT (or LODESTAR_FARM) and --retry.
 void AddFarmOption(CLI::App& app, FarmAddress& farm);
 
-// Runs a call to the farm; an unreachable one becomes CommandError(kFarmUnreachable), a refusal CommandError(kJobFailed).
+// Runs a call to the farm; an unreachable one becomes CommandError(kFarmUnreachable), a refusal
+// CommandError(kJobFailed).
 [[noreturn]] void ThrowFarmError(const Error& error);
 template <class Call>
 auto OnFarm(const Call& call) {
@@ -36,12 +37,13 @@ nlohmann::json StatusToJson(const JobStatus& status);
 std::string StatusLine(const JobStatus& status);
 
 struct FollowOptions {
-  std::string output;        // image to write when the job ends or is interrupted; "": none
-  std::string reference;     // measure the final image against this; "": none
+  std::string output;     // image to write when the job ends or is interrupted; "": none
+  std::string reference;  // measure the final image against this; "": none
   std::string scene_path, command_line;
   bool json = false, quiet = false;
 };
-// Shows progress until the job ends or Ctrl-C (which leaves the job running), then delivers its files. kJobFailed for a failed or cancelled job.
+// Shows progress until the job ends or Ctrl-C (which leaves the job running), then delivers its files. kJobFailed for a
+// failed or cancelled job.
 ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& options);
 
 // Fetches image and report and writes the files of OutputPaths; gives back the completed report.

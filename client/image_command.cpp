@@ -19,7 +19,8 @@ void AddImageCommand(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand("image", "Fetch a job's image so far");
   sub->add_option("job", arguments->job, "The job's id")->required()->type_name("JOB");
   AddFarmOption(*sub, arguments->farm);
-  sub->add_option("-o,--output", arguments->follow.output, "Image: .exr, .png or .pfm, with .png, .csv, .json and -error.png beside it [JOB.exr here]")
+  sub->add_option("-o,--output", arguments->follow.output,
+                  "Image: .exr, .png or .pfm, with .png, .csv, .json and -error.png beside it [JOB.exr here]")
       ->type_name("FILE");
   sub->add_option("--reference", arguments->follow.reference, "Measure the image against this one")->type_name("FILE");
   sub->add_flag("--json", arguments->follow.json, "One JSON document on standard out");

@@ -31,39 +31,46 @@ ExitCode Inspect(const InspectArguments& arguments) {
   const auto corner = [](Vec3 v) { return nlohmann::json{v.x, v.y, v.z}; };
 
   if (arguments.json) {
-    nlohmann::json json = {{"scene", arguments.job.scene},
-                           {"hash", scene.hash().hex},
-                           {"needs", scene.needs().ToString()},
-                           {"resolution", {scene.resolution_x(), scene.resolution_y()}},
-                           {"max_depth", scene.max_depth()},
-                           {"samples_per_pixel", description.samples_per_pixel},
-                           {"triangles", scene.triangle_count()},
-                           {"shapes", description.shapes.size()},
-                           {"objects", description.objects.size()},
-                           {"instances", description.instances.size()},
-                           {"materials", description.materials.size()},
-                           {"textures", description.textures.size()},
-                           {"lights", {{"area", CountAreaLights(description)}, {"other", description.lights.size()}}},
-                           {"bounds", bounds.empty() ? nlohmann::json(nullptr) : nlohmann::json{corner(bounds.min), corner(bounds.max)}},
-                           {"memory_bytes", scene.memory_bytes()},
-                           {"files", description.files},
-                           {"left_out", description.left_out}};
+    nlohmann::json json = {
+        {"scene", arguments.job.scene},
+        {"hash", scene.hash().hex},
+        {"needs", scene.needs().ToString()},
+        {"resolution", {scene.resolution_x(), scene.resolution_y()}},
+        {"max_depth", scene.max_depth()},
+        {"samples_per_pixel", description.samples_per_pixel},
+        {"triangles", scene.triangle_count()},
+        {"shapes", description.shapes.size()},
+        {"objects", description.objects.size()},
+        {"instances", description.instances.size()},
+        {"materials", description.materials.size()},
+        {"textures", description.textures.size()},
+        {"lights", {{"area", CountAreaLights(description)}, {"other", description.lights.size()}}},
+        {"bounds", bounds.empty() ? nlohmann::json(nullptr) : nlohmann::json{corner(bounds.min), corner(bounds.max)}},
+        {"memory_bytes", scene.memory_bytes()},
+        {"files", description.files},
+        {"left_out", description.left_out}};
     std::cout << DumpJson(json) << "\n";
     return ExitCode::kOk;
   }
-  const auto vec = [](Vec3 v) { return "(" + FormatNumber(v.x) + ", " + FormatNumber(v.y) + ", " + FormatNumber(v.z) + ")"; };
+  const auto vec = [](Vec3 v) {
+    return "(" + FormatNumber(v.x) + ", " + FormatNumber(v.y) + ", " + FormatNumber(v.z) + ")";
+  };
   std::cout << "scene       " << arguments.job.scene << "\n"
-            << "image       " << scene.resolution_x() << "x" << scene.resolution_y() << ", depth " << scene.max_depth() << ", " << description.samples_per_pixel
-            << " spp\n"
+            << "image       " << scene.resolution_x() << "x" << scene.resolution_y() << ", depth " << scene.max_depth()
+            << ", " << description.samples_per_pixel << " spp\n"
             << "needs       " << scene.needs().ToString() << "\n"
             << "triangles   " << scene.triangle_count() << "\n"
-            << "shapes      " << description.shapes.size() << ", " << description.objects.size() << " objects, " << description.instances.size() << " instances\n"
+            << "shapes      " << description.shapes.size() << ", " << description.objects.size() << " objects, "
+            << description.instances.size() << " instances\n"
             << "materials   " << description.materials.size() << ", " << description.textures.size() << " textures\n"
             << "lights      " << CountAreaLights(description) << " area, " << description.lights.size() << " other\n"
             << "bounds      " << (bounds.empty() ? "empty" : vec(bounds.min) + " to " + vec(bounds.max)) << "\n"
             << "memory      " << FormatBytes(static_cast<double>(scene.memory_bytes())) << "\n"
             << "files       " << description.files.size() << "\n"
-            << "left out    " << (description.left_out.empty() ? "nothing" : std::to_string(description.left_out.size()) + " (listed above)") << "\n"
+            << "left out    "
+            << (description.left_out.empty() ? "nothing"
+                                             : std::to_string(description.left_out.size()) + " (listed above)")
+            << "\n"
             << "hash        " << scene.hash().hex << "\n";
   return ExitCode::kOk;
 }

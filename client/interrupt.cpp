@@ -40,6 +40,8 @@ InterruptGuard::~InterruptGuard() {
   g_stop.store(nullptr);
 }
 
-bool InterruptGuard::Interrupted() { return g_interrupted.load(); }
+bool InterruptGuard::Interrupted() {
+  return g_interrupted.load();
+}
 
 }  // namespace lodestar

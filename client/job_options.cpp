@@ -32,11 +32,12 @@ std::string MethodList() {
   return text;
 }
 
-// One flag for each option of any method; methods that share a name share its flag. A name that is taken by an option of ours gets the method's
-// in front: --sdtree-max-depth.
+// One flag for each option of any method; methods that share a name share its flag. A name that is taken by an option
+// of ours gets the method's in front: --sdtree-max-depth.
 void AddMethodFlags(CLI::App& app, JobArguments& arguments) {
   std::set<std::string> taken;
-  for (const CLI::Option* option : app.get_options()) taken.insert(option->get_lnames().begin(), option->get_lnames().end());
+  for (const CLI::Option* option : app.get_options())
+    taken.insert(option->get_lnames().begin(), option->get_lnames().end());
   struct Flag {
     std::string option, owners, values, help;
   };
@@ -48,12 +49,14 @@ void AddMethodFlags(CLI::App& app, JobArguments& arguments) {
       flag.option = option.name;
       flag.owners += (shared ? ", " : "") + method.name;
       if (!shared) flag.values = option.values;
-      flag.help += (shared ? ". " + method.name + " (" + option.values + "): " : "") + option.help + " [" + option.default_value + "]";
+      flag.help += (shared ? ". " + method.name + " (" + option.values + "): " : "") + option.help + " [" +
+                   option.default_value + "]";
     }
   }
   for (const auto& [name, flag] : flags) {
     app.add_option_function<std::string>(
-           "--" + name, [&arguments, option = flag.option](const std::string& value) { arguments.flags[option] = value; }, flag.help)
+           "--" + name,
+           [&arguments, option = flag.option](const std::string& value) { arguments.flags[option] = value; }, flag.help)
         ->type_name(flag.values)
         ->group("Options of the method " + flag.owners);
   }
@@ -65,7 +68,8 @@ const MethodEntry& FindMethod(const std::string& name) {
   for (const MethodEntry& method : Methods()) {
     if (method.name == name) return method;
   }
-  throw Error(ErrorKind::kInvalidInput, "unknown method '" + name + "'" + Suggestion(name, MethodNames()) + " (there are: " + Join(MethodNames()) + ")");
+  throw Error(ErrorKind::kInvalidInput, "unknown method '" + name + "'" + Suggestion(name, MethodNames()) +
+                                            " (there are: " + Join(MethodNames()) + ")");
 }
 
 void CheckMethodOption(const MethodEntry& method, const std::string& name) {
@@ -74,7 +78,8 @@ void CheckMethodOption(const MethodEntry& method, const std::string& name) {
     if (option.name == name) return;
     names.push_back(option.name);
   }
-  throw Error(ErrorKind::kInvalidInput, "method '" + method.name + "' has no option '" + name + "'" + Suggestion(name, names) +
+  throw Error(ErrorKind::kInvalidInput, "method '" + method.name + "' has no option '" + name + "'" +
+                                            Suggestion(name, names) +
                                             (names.empty() ? " (it has none)" : " (it has: " + Join(names) + ")"));
 }
 
@@ -86,7 +91,8 @@ MethodChoice ParseMethodChoice(const std::string& text) {
   const MethodEntry& method = FindMethod(choice.method);
   for (size_t at = colon; at != std::string::npos;) {
     const size_t next = text.find(',', at + 1);
-    const auto [name, value] = SplitAssignment(text.substr(at + 1, next == std::string::npos ? next : next - at - 1), "method '" + text + "'");
+    const auto [name, value] =
+        SplitAssignment(text.substr(at + 1, next == std::string::npos ? next : next - at - 1), "method '" + text + "'");
     CheckMethodOption(method, name);
     choice.options[name] = value;
     at = next;
@@ -109,7 +115,8 @@ JobSpec JobArguments::ToJob() const {
   }
   job.budget.spp = spp;
   if (!time.empty()) job.budget.seconds = ParseDuration(time);
-  if (!(error >= 0) || !std::isfinite(error)) throw Error(ErrorKind::kInvalidInput, "--error must be a positive relMSE, e.g. 0.01");
+  if (!(error >= 0) || !std::isfinite(error))
+    throw Error(ErrorKind::kInvalidInput, "--error must be a positive relMSE, e.g. 0.01");
   job.budget.error = error;
   job.seed = seed;
   if (!resolution.empty()) {
@@ -129,21 +136,26 @@ void AddJobOptions(CLI::App& app, JobArguments& arguments, const JobOptionGroups
   app.add_option("scene", arguments.scene, "The pbrt-v4 scene file")->required()->type_name("SCENE");
   if (groups.method) {
     app.add_option("--method", arguments.method, MethodList())->capture_default_str()->type_name("NAME");
-    app.add_option("--option", arguments.assignments, "An option of the method, as often as needed; each is a flag of its own too")
+    app.add_option("--option", arguments.assignments,
+                   "An option of the method, as often as needed; each is a flag of its own too")
         ->type_name("NAME=VALUE")
         ->take_all();
     app.add_option("--training-iterations", arguments.training_iterations,
-                   "Learn for that many iterations; a run by time or error reports its number, and a replay needs it [-1: the method decides]")
+                   "Learn for that many iterations; a run by time or error reports its number, and a replay needs it "
+                   "[-1: the method decides]")
         ->check(Unnamed(CLI::Range(-1, 1000)));
   }
   if (groups.budget) {
-    app.add_option("--spp", arguments.spp, "Stop at that many samples per pixel, training included [the scene's, without any budget]")
+    app.add_option("--spp", arguments.spp,
+                   "Stop at that many samples per pixel, training included [the scene's, without any budget]")
         ->check(Unnamed(CLI::PositiveNumber))
         ->group("Budget (the first one reached ends the run)");
-    app.add_option("--time", arguments.time, "Stop after this render time: 60s, 5m, 1h30m; loading and writing are not counted")
+    app.add_option("--time", arguments.time,
+                   "Stop after this render time: 60s, 5m, 1h30m; loading and writing are not counted")
         ->type_name("DURATION")
         ->group("Budget (the first one reached ends the run)");
-    app.add_option("--error", arguments.error, "Stop at this estimated relMSE (worst 0.1 % of pixels left out), e.g. 0.01")
+    app.add_option("--error", arguments.error,
+                   "Stop at this estimated relMSE (worst 0.1 % of pixels left out), e.g. 0.01")
         ->check(Unnamed(CLI::PositiveNumber))
         ->group("Budget (the first one reached ends the run)");
   }
@@ -151,11 +163,13 @@ void AddJobOptions(CLI::App& app, JobArguments& arguments, const JobOptionGroups
   app.add_option("--filter", arguments.filter, "Pixel filter: box, triangle, gaussian, mitchell [the scene's]")
       ->check(Unnamed(CLI::IsMember({"box", "triangle", "gaussian", "mitchell"})))
       ->type_name("NAME");
-  app.add_option("--max-depth", arguments.max_depth, "Longest path in surface interactions [the scene's]")->check(Unnamed(CLI::Range(1, 1 << 20)));
+  app.add_option("--max-depth", arguments.max_depth, "Longest path in surface interactions [the scene's]")
+      ->check(Unnamed(CLI::Range(1, 1 << 20)));
   app.add_option("--seed", arguments.seed, "Seed of all random numbers; the same seed gives the same bits")
       ->capture_default_str()
       ->check(Unnamed(CLI::NonNegativeNumber));
-  app.add_flag("--lenient", arguments.lenient, "Leave out and list what a scene has and Lodestar does not support, instead of refusing it");
+  app.add_flag("--lenient", arguments.lenient,
+               "Leave out and list what a scene has and Lodestar does not support, instead of refusing it");
   if (groups.method) AddMethodFlags(app, arguments);
 }
 

@@ -1,5 +1,5 @@
-// The options that say what to render, shared by render, submit, replay and compare, and the direct flags of every method's options,
-// generated from the method registry.
+// The options that say what to render, shared by render, submit, replay and compare, and the direct flags of every
+// method's options, generated from the method registry.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -21,23 +21,24 @@ struct JobArguments {
   double error = 0;
   int max_depth = 0, training_iterations = -1;
   bool lenient = false;
-  std::vector<std::string> assignments;        // --option NAME=VALUE
-  std::map<std::string, std::string> flags;    // --NAME VALUE of the registry's options, where given
+  std::vector<std::string> assignments;      // --option NAME=VALUE
+  std::map<std::string, std::string> flags;  // --NAME VALUE of the registry's options, where given
 
-  // Throws Error(kInvalidInput) for a value out of its range, an unknown method or an option that the method does not take.
+  // Throws Error(kInvalidInput) for a value out of its range, an unknown method or an option that the method does not
+  // take.
   JobSpec ToJob() const;
 };
 
 // Which groups of options a subcommand takes.
 struct JobOptionGroups {
-  bool method = true;   // --method, --option and the direct flags
-  bool budget = true;   // --spp, --time, --error
+  bool method = true;  // --method, --option and the direct flags
+  bool budget = true;  // --spp, --time, --error
 };
 void AddJobOptions(CLI::App& app, JobArguments& arguments, const JobOptionGroups& groups = {});
 
 // "sdtree:nee=always,combine=discard": a method and options of it, as compare takes them.
 struct MethodChoice {
-  std::string label;   // as written
+  std::string label;  // as written
   std::string method;
   std::map<std::string, std::string> options;
 };

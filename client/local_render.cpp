@@ -23,8 +23,12 @@ const Json& At(const Json& json, const char* outer, const char* inner) {
   return b == a->end() ? kNull : *b;
 }
 
-std::string Text(const Json& value) { return value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump(); }
-double Value(const Json& value) { return value.is_number() ? value.get<double>() : 0; }
+std::string Text(const Json& value) {
+  return value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
+}
+double Value(const Json& value) {
+  return value.is_number() ? value.get<double>() : 0;
+}
 
 }  // namespace
 
@@ -36,8 +40,9 @@ CompiledJob CompileScene(const SceneDescription& description, const JobSpec& job
   }
 }
 
-RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads, const std::shared_ptr<const Image>& reference,
-                           const StopToken& stop, ProgressLine& progress) {
+RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads,
+                           const std::shared_ptr<const Image>& reference, const StopToken& stop,
+                           ProgressLine& progress) {
   Loop loop(job, compiled.survey);
   LocalExecutor executor(compiled.scene, job, loop.method(), threads);
   Loop::Hooks hooks;
@@ -54,7 +59,8 @@ RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int 
 Json CompleteReport(Json report, const ReportContext& context) {
   report["command"] = context.command_line;
   report["scene"]["path"] = context.scene_path;
-  if (const std::string replay = ReplayCommand(report, context.scene_path); !replay.empty()) report["health"]["replay"] = replay;
+  if (const std::string replay = ReplayCommand(report, context.scene_path); !replay.empty())
+    report["health"]["replay"] = replay;
   return report;
 }
 
@@ -96,17 +102,22 @@ Json DeliverRender(const OutputPaths& paths, const Image& image, Json report, co
 
 std::string Summary(const Json& report) {
   const double seconds = Value(At(report, "result", "seconds")), rays = Value(At(report, "result", "rays"));
-  std::string text = Text(At(report, "job", "method")) + ": " + Text(At(report, "result", "spp")) + " spp in " + FormatNumber(seconds) + " s";
-  if (const double learning = Value(At(report, "result", "seconds_learning")); learning > 0) text += " (" + FormatNumber(learning) + " s of it learning)";
+  std::string text = Text(At(report, "job", "method")) + ": " + Text(At(report, "result", "spp")) + " spp in " +
+                     FormatNumber(seconds) + " s";
+  if (const double learning = Value(At(report, "result", "seconds_learning")); learning > 0)
+    text += " (" + FormatNumber(learning) + " s of it learning)";
   if (seconds > 0 && rays > 0) text += ", " + FormatCount(rays / seconds) + "rays/s";
-  if (const std::string reason = Text(At(report, "result", "stop_reason")); !reason.empty()) text += ", ended by " + reason;
+  if (const std::string reason = Text(At(report, "result", "stop_reason")); !reason.empty())
+    text += ", ended by " + reason;
   text += "\n";
   if (const auto points = PointsFromJson(report.value("points", Json::array())); !points.empty()) {
     const ErrorPoint& last = points.back();
-    text += "estimated relMSE " + (std::isfinite(last.relmse_estimated) ? FormatNumber(last.relmse_estimated) : "unknown (it needs two passes)");
+    text += "estimated relMSE " + (std::isfinite(last.relmse_estimated) ? FormatNumber(last.relmse_estimated)
+                                                                        : "unknown (it needs two passes)");
     if (const auto& m = last.against_reference) {
-      text += "; against the reference: RMSE " + FormatNumber(m->rmse) + ", MSE " + FormatNumber(m->mse) + ", MAE " + FormatNumber(m->mae) + ", relMSE " +
-              FormatNumber(m->relmse) + ", trimmed " + FormatNumber(m->relmse_trimmed);
+      text += "; against the reference: RMSE " + FormatNumber(m->rmse) + ", MSE " + FormatNumber(m->mse) + ", MAE " +
+              FormatNumber(m->mae) + ", relMSE " + FormatNumber(m->relmse) + ", trimmed " +
+              FormatNumber(m->relmse_trimmed);
     }
     text += "\n";
   }
@@ -120,11 +131,13 @@ std::string Summary(const Json& report) {
       if (Value(count) > 0) text += " " + name + " " + count.dump();
     }
     text += "\n";
-    if (const std::string replay = Text(At(report, "health", "replay")); !replay.empty()) text += "  the first again: " + replay + "\n";
+    if (const std::string replay = Text(At(report, "health", "replay")); !replay.empty())
+      text += "  the first again: " + replay + "\n";
   }
   if (const auto files = report.find("files"); files != report.end()) {
     for (const char* kind : {"image", "png", "plot", "csv", "json"}) {
-      if (files->contains(kind)) text += std::string(kind) + std::string(7 - std::string(kind).size(), ' ') + Text((*files)[kind]) + "\n";
+      if (files->contains(kind))
+        text += std::string(kind) + std::string(7 - std::string(kind).size(), ' ') + Text((*files)[kind]) + "\n";
     }
   }
   return text;

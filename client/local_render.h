@@ -20,8 +20,9 @@ struct RenderResult {
 };
 
 // Runs the job to its budget or to a stop request. Throws Error.
-RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads, const std::shared_ptr<const Image>& reference,
-                           const StopToken& stop, ProgressLine& progress);
+RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads,
+                           const std::shared_ptr<const Image>& reference, const StopToken& stop,
+                           ProgressLine& progress);
 
 // CompileJob, with its errors turned into CommandError(kBadScene).
 CompiledJob CompileScene(const SceneDescription& description, const JobSpec& job);
@@ -33,9 +34,10 @@ struct ReportContext {
 };
 nlohmann::json CompleteReport(nlohmann::json report, const ReportContext& context);
 
-// Writes the files of OutputPaths from an image and a report in JSON (report_json.h); gives back their names by kind, e.g. {"image": "out.exr"}.
-// The plot is left out where there are no error points or no matplotlib.
-nlohmann::json DeliverRender(const OutputPaths& paths, const Image& image, nlohmann::json report, const std::string& label);
+// Writes the files of OutputPaths from an image and a report in JSON (report_json.h); gives back their names by kind,
+// e.g. {"image": "out.exr"}. The plot is left out where there are no error points or no matplotlib.
+nlohmann::json DeliverRender(const OutputPaths& paths, const Image& image, nlohmann::json report,
+                             const std::string& label);
 
 // The metadata of the EXR, from the same report.
 std::map<std::string, std::string> ImageMetadata(const nlohmann::json& report);

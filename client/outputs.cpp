@@ -16,12 +16,14 @@ namespace fs = std::filesystem;
 
 std::string Ending(const fs::path& path) {
   std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return ending;
 }
 
 [[noreturn]] void FailWrite(const fs::path& path, const std::string& why) {
-  throw Error(ErrorKind::kIo, path.string() + ": cannot write: " + why + "; check the folder, its permissions and the free space");
+  throw Error(ErrorKind::kIo,
+              path.string() + ": cannot write: " + why + "; check the folder, its permissions and the free space");
 }
 
 template <class Write>
@@ -49,7 +51,8 @@ void WritePfm(const fs::path& path, const Image& image) {
   WriteBeside(path, [&](std::ofstream& out) {
     out << "PF\n" << image.width << " " << image.height << "\n-1.0\n";
     for (uint32_t y = image.height; y-- > 0;) {
-      out.write(reinterpret_cast<const char*>(image.pixels.data() + size_t(y) * image.width), std::streamsize(size_t(image.width) * sizeof(Rgb)));
+      out.write(reinterpret_cast<const char*>(image.pixels.data() + size_t(y) * image.width),
+                std::streamsize(size_t(image.width) * sizeof(Rgb)));
     }
   });
 }
@@ -59,7 +62,8 @@ void WritePfm(const fs::path& path, const Image& image) {
 OutputPaths OutputPaths::For(const fs::path& image) {
   const std::string ending = Ending(image);
   if (ending != ".exr" && ending != ".png" && ending != ".pfm") {
-    throw Error(ErrorKind::kInvalidInput, "-o '" + image.string() + "' must end in .exr (with variance and metadata), .png or .pfm");
+    throw Error(ErrorKind::kInvalidInput,
+                "-o '" + image.string() + "' must end in .exr (with variance and metadata), .png or .pfm");
   }
   const fs::path stem = fs::path(image).replace_extension();
   OutputPaths paths;
@@ -76,7 +80,8 @@ void PrepareFolder(const fs::path& file) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw Error(ErrorKind::kIo, folder.string() + ": cannot make this folder: " + error.message());
-  if (access(folder.c_str(), W_OK) != 0) throw Error(ErrorKind::kIo, folder.string() + ": cannot write into this folder: " + std::strerror(errno));
+  if (access(folder.c_str(), W_OK) != 0)
+    throw Error(ErrorKind::kIo, folder.string() + ": cannot write into this folder: " + std::strerror(errno));
   if (fs::is_directory(file)) throw Error(ErrorKind::kInvalidInput, file.string() + " is a folder; name a file in it");
 }
 
@@ -112,7 +117,8 @@ Image ReadImageFile(const fs::path& path) {
 void CheckReferenceSize(const Image& reference, const std::string& path, uint32_t width, uint32_t height) {
   if (reference.width == width && reference.height == height) return;
   const std::string size = std::to_string(reference.width) + "x" + std::to_string(reference.height);
-  throw Error(ErrorKind::kInvalidInput, "the reference " + path + " has " + size + " pixels and the render would have " + std::to_string(width) + "x" +
+  throw Error(ErrorKind::kInvalidInput, "the reference " + path + " has " + size +
+                                            " pixels and the render would have " + std::to_string(width) + "x" +
                                             std::to_string(height) + "; try --resolution " + size);
 }
 
@@ -121,13 +127,15 @@ void WriteText(const fs::path& path, const std::string& text) {
 }
 
 void WriteBytesPng(const fs::path& path, uint32_t width, uint32_t height, const std::vector<uint8_t>& bytes) {
-  // Through linear floats, which the writer encodes again: exact, since every byte value survives the way there and back.
+  // Through linear floats, which the writer encodes again: exact, since every byte value survives the way there and
+  // back.
   FloatImage image;
   image.width = static_cast<int>(width);
   image.height = static_cast<int>(height);
   image.pixels.resize(size_t(width) * height);
   for (size_t i = 0; i < image.pixels.size(); ++i) {
-    for (int c = 0; c < 3; ++c) image.pixels[i][c] = SrgbToLinear(static_cast<float>(bytes[3 * i + static_cast<size_t>(c)]) / 255);
+    for (int c = 0; c < 3; ++c)
+      image.pixels[i][c] = SrgbToLinear(static_cast<float>(bytes[3 * i + static_cast<size_t>(c)]) / 255);
   }
   WritePng(path.string(), image);
 }

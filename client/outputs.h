@@ -1,4 +1,5 @@
-// The files of a render: OUT.exr with its picture OUT.png, OUT.csv and OUT.json with error against time, and OUT-error.png, their plot.
+// The files of a render: OUT.exr with its picture OUT.png, OUT.csv and OUT.json with error against time, and
+// OUT-error.png, their plot.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +14,7 @@
 namespace lodestar {
 
 struct OutputPaths {
-  std::filesystem::path image;   // .exr, .png or .pfm as asked for
+  std::filesystem::path image;  // .exr, .png or .pfm as asked for
   std::filesystem::path png, csv, json, plot;
   // Throws Error(kInvalidInput) for another ending or a folder.
   static OutputPaths For(const std::filesystem::path& image);
@@ -22,8 +23,10 @@ struct OutputPaths {
 // Fails early, before anything is rendered: makes the folder, and throws Error(kIo) where it cannot be written to.
 void PrepareFolder(const std::filesystem::path& file);
 
-// By the ending of the name. An EXR holds R, G, B and variance.Y (the variance of the luminance of each pixel's mean) as 32-bit floats, and the metadata.
-void WriteImage(const std::filesystem::path& path, const Image& image, const std::map<std::string, std::string>& metadata);
+// By the ending of the name. An EXR holds R, G, B and variance.Y (the variance of the luminance of each pixel's mean)
+// as 32-bit floats, and the metadata.
+void WriteImage(const std::filesystem::path& path, const Image& image,
+                const std::map<std::string, std::string>& metadata);
 
 // Linear RGB, no variances. Throws Error(kNotFound / kCorrupt).
 Image ReadImageFile(const std::filesystem::path& path);
@@ -36,6 +39,7 @@ void CheckReferenceSize(const Image& reference, const std::string& path, uint32_
 void WriteText(const std::filesystem::path& path, const std::string& text);
 
 // sRGB bytes, 3 a pixel, to a PNG.
-void WriteBytesPng(const std::filesystem::path& path, uint32_t width, uint32_t height, const std::vector<uint8_t>& bytes);
+void WriteBytesPng(const std::filesystem::path& path, uint32_t width, uint32_t height,
+                   const std::vector<uint8_t>& bytes);
 
 }  // namespace lodestar

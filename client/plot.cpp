@@ -67,7 +67,8 @@ bool DrawErrorPlot(const fs::path& csv, const fs::path& png, const std::string& 
   const fs::path script = Script();
   std::error_code error;
   if (!fs::exists(script, error)) {
-    std::fprintf(stderr, "no plot: %s is missing; set LODESTAR_PLOT to client/python/lodestar_plot.py\n", script.c_str());
+    std::fprintf(stderr, "no plot: %s is missing; set LODESTAR_PLOT to client/python/lodestar_plot.py\n",
+                 script.c_str());
     return false;
   }
   for (const fs::path& python : Interpreters()) {
@@ -77,8 +78,9 @@ bool DrawErrorPlot(const fs::path& csv, const fs::path& png, const std::string& 
     std::fprintf(stderr, "no plot: %s ended with code %d on %s\n", script.c_str(), code, csv.c_str());
     return false;
   }
-  std::fprintf(stderr, "no plot: no python3 here has matplotlib; try: apt-get install python3-matplotlib, then %s %s -o %s\n", script.c_str(), csv.c_str(),
-               png.c_str());
+  std::fprintf(stderr,
+               "no plot: no python3 here has matplotlib; try: apt-get install python3-matplotlib, then %s %s -o %s\n",
+               script.c_str(), csv.c_str(), png.c_str());
   return false;
 }
 

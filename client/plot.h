@@ -7,8 +7,9 @@
 
 namespace lodestar {
 
-// Draws `csv` (report_json.h) as `png`. False where that was not possible: then says why, and what to try, on standard error; a missing plot
-// never fails a render. LODESTAR_PYTHON names an interpreter to try first, LODESTAR_PLOT another script.
+// Draws `csv` (report_json.h) as `png`. False where that was not possible: then says why, and what to try, on standard
+// error; a missing plot never fails a render. LODESTAR_PYTHON names an interpreter to try first, LODESTAR_PLOT another
+// script.
 bool DrawErrorPlot(const std::filesystem::path& csv, const std::filesystem::path& png, const std::string& title);
 
 }  // namespace lodestar

@@ -32,8 +32,11 @@ std::string ProgressText(const JobProgress& progress, int width) {
   std::string text = head;
   text += "  iteration " + std::to_string(progress.iteration) + "  " + std::to_string(progress.passes) + " spp";
   // Below two passes there is no variance yet, hence no estimate.
-  text += "  error " + (progress.relmse_estimated > 0 && std::isfinite(progress.relmse_estimated) ? FormatNumber(progress.relmse_estimated) : std::string("-"));
-  if (progress.seconds > 0) text += "  " + FormatCount(static_cast<double>(progress.rays) / progress.seconds) + "rays/s";
+  text += "  error " + (progress.relmse_estimated > 0 && std::isfinite(progress.relmse_estimated)
+                            ? FormatNumber(progress.relmse_estimated)
+                            : std::string("-"));
+  if (progress.seconds > 0)
+    text += "  " + FormatCount(static_cast<double>(progress.rays) / progress.seconds) + "rays/s";
   text += "  " + FormatDuration(progress.seconds);
   text += "  left " + FormatDuration(progress.seconds_left);
   const int room = width - static_cast<int>(text.size()) - 2;
@@ -45,7 +48,9 @@ std::string ProgressText(const JobProgress& progress, int width) {
 ProgressLine::ProgressLine(bool quiet, std::FILE* out, const Clock& clock)
     : out_(out), clock_(clock), quiet_(quiet), terminal_(isatty(fileno(out)) != 0) {}
 
-ProgressLine::~ProgressLine() { Finish(); }
+ProgressLine::~ProgressLine() {
+  Finish();
+}
 
 void ProgressLine::Update(const JobProgress& progress) {
   if (quiet_) return;

@@ -27,7 +27,7 @@ class ProgressLine {
   std::FILE* out_;
   const Clock& clock_;
   bool quiet_, terminal_;
-  bool open_ = false;   // a redrawn line stands without its newline
+  bool open_ = false;  // a redrawn line stands without its newline
   bool any_ = false;
   Clock::Duration last_{};
 };

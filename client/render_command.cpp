@@ -24,7 +24,8 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   // 1. Everything that can be wrong without rendering is found first.
   const JobSpec job = arguments.job.ToJob();
   const std::filesystem::path output =
-      arguments.output.empty() ? std::filesystem::path(arguments.job.scene).filename().replace_extension(".exr") : std::filesystem::path(arguments.output);
+      arguments.output.empty() ? std::filesystem::path(arguments.job.scene).filename().replace_extension(".exr")
+                               : std::filesystem::path(arguments.output);
   const OutputPaths paths = OutputPaths::For(output);
   PrepareFolder(paths.image);
   std::shared_ptr<const Image> reference;
@@ -33,7 +34,8 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   // 2. The scene.
   const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
   const CompiledJob compiled = CompileScene(description, job);
-  if (reference) CheckReferenceSize(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
+  if (reference)
+    CheckReferenceSize(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
 
   // 3. The render.
   StopToken stop;
@@ -67,11 +69,15 @@ void AddRenderCommand(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand("render", "Render a scene in this process");
   AddJobOptions(*sub, arguments->job);
   sub->add_option("-o,--output", arguments->output,
-                  "Image: .exr (with variance and metadata), .png or .pfm; its name without the ending carries the .png, .csv, .json and -error.png beside it "
+                  "Image: .exr (with variance and metadata), .png or .pfm; its name without the ending carries the "
+                  ".png, .csv, .json and -error.png beside it "
                   "[SCENE.exr here]")
       ->type_name("FILE");
-  sub->add_option("--reference", arguments->reference, "Measure the error against this image (.exr, .pfm) of the same size")->type_name("FILE");
-  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]; never changes the image")->check(Unnamed(CLI::Range(1, 4096)));
+  sub->add_option("--reference", arguments->reference,
+                  "Measure the error against this image (.exr, .pfm) of the same size")
+      ->type_name("FILE");
+  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]; never changes the image")
+      ->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--json", arguments->json, "One JSON document on standard out: the report and the names of the files");
   sub->add_flag("--quiet", arguments->quiet, "No progress on standard error");
   sub->footer(

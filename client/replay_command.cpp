@@ -29,16 +29,25 @@ struct Sample {
   HealthReport health;  // of the pixel's tile in this pass
 };
 
-// Renders the job's rounds up to the one that holds the sample, so that its state is the one that was in use, then the sample alone.
+// Renders the job's rounds up to the one that holds the sample, so that its state is the one that was in use, then the
+// sample alone.
 class ReplayExecutor final : public Executor {
  public:
-  ReplayExecutor(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method, const ReplayArguments& arguments, Resolution pixel,
-                 StopToken* found)
-      : scene_(scene), job_(job), method_(method), iteration_(arguments.iteration), pass_(arguments.pass), pixel_(pixel), found_(found),
+  ReplayExecutor(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method,
+                 const ReplayArguments& arguments, Resolution pixel, StopToken* found)
+      : scene_(scene),
+        job_(job),
+        method_(method),
+        iteration_(arguments.iteration),
+        pass_(arguments.pass),
+        pixel_(pixel),
+        found_(found),
         local_(scene, job, method, arguments.threads) {}
 
-  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) override {
-    const bool here = round.iteration == iteration_ && pass_ >= round.first_pass && pass_ < round.first_pass + round.passes;
+  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                      const StopToken& stop) override {
+    const bool here =
+        round.iteration == iteration_ && pass_ >= round.first_pass && pass_ < round.first_pass + round.passes;
     // A method that learns nothing has the same state in every round: no earlier one need be rendered.
     if (!here && method_.NewStatistics(state)) return local_.Execute(state, round, stop);
     Round single = round;
@@ -51,15 +60,18 @@ class ReplayExecutor final : public Executor {
   const std::optional<Sample>& sample() const { return sample_; }
 
  private:
-  std::optional<Sample> Trace(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) const {
+  std::optional<Sample> Trace(const std::shared_ptr<const State>& state, const Round& round,
+                              const StopToken& stop) const {
     const auto tracer = PrepareTracer(scene_, job_, method_, state);
     const auto* paths = dynamic_cast<const PathTracer*>(tracer.get());
-    if (!paths) throw Error(ErrorKind::kUnsupported, "samples of method '" + job_.method + "' cannot be replayed one by one");
+    if (!paths)
+      throw Error(ErrorKind::kUnsupported, "samples of method '" + job_.method + "' cannot be replayed one by one");
     Sample sample;
     sample.radiance = paths->TraceSample(pixel_.x, pixel_.y, pass_, round.record);
     Contribution contribution;
     if (round.record) contribution.statistics = method_.NewStatistics(state);
-    const uint32_t columns = (static_cast<uint32_t>(scene_->resolution_x()) + TileGrid::kTileSize - 1) / TileGrid::kTileSize;
+    const uint32_t columns =
+        (static_cast<uint32_t>(scene_->resolution_x()) + TileGrid::kTileSize - 1) / TileGrid::kTileSize;
     const uint32_t unit = pixel_.y / TileGrid::kTileSize * columns + pixel_.x / TileGrid::kTileSize;
     if (!tracer->Execute(round, unit, stop, &contribution)) return std::nullopt;
     sample.health = contribution.health;
@@ -81,12 +93,14 @@ ExitCode Replay(const ReplayArguments& arguments) {
   const Resolution pixel = ParsePixel(arguments.pixel);
   if (job.budget.spp == 0) job.budget.spp = uint64_t{arguments.pass} + 1;
   if (job.budget.spp <= arguments.pass) {
-    throw Error(ErrorKind::kInvalidInput, "--pass " + std::to_string(arguments.pass) + " is not below --spp " + std::to_string(job.budget.spp));
+    throw Error(ErrorKind::kInvalidInput,
+                "--pass " + std::to_string(arguments.pass) + " is not below --spp " + std::to_string(job.budget.spp));
   }
   const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
   const CompiledJob compiled = CompileScene(description, job);
   if (pixel.x >= compiled.survey.resolution_x || pixel.y >= compiled.survey.resolution_y) {
-    throw Error(ErrorKind::kInvalidInput, "--pixel " + arguments.pixel + " lies outside the image of " + std::to_string(compiled.survey.resolution_x) + "x" +
+    throw Error(ErrorKind::kInvalidInput, "--pixel " + arguments.pixel + " lies outside the image of " +
+                                              std::to_string(compiled.survey.resolution_x) + "x" +
                                               std::to_string(compiled.survey.resolution_y));
   }
   StopToken stop;
@@ -98,17 +112,24 @@ ExitCode Replay(const ReplayArguments& arguments) {
   }
   if (InterruptGuard::Interrupted()) return ExitCode::kInterrupted;
   if (!executor.sample()) {
-    throw Error(ErrorKind::kInvalidInput, "this job has no pass " + std::to_string(arguments.pass) + " in iteration " + std::to_string(arguments.iteration) +
-                                              "; give --method, --option, --spp and --training-iterations as the health report printed them");
+    throw Error(ErrorKind::kInvalidInput,
+                "this job has no pass " + std::to_string(arguments.pass) + " in iteration " +
+                    std::to_string(arguments.iteration) +
+                    "; give --method, --option, --spp and --training-iterations as the health report printed them");
   }
   const Rgb c = executor.sample()->radiance;
   char bits[96];
-  std::snprintf(bits, sizeof bits, "%a %a %a", static_cast<double>(c.r), static_cast<double>(c.g), static_cast<double>(c.b));
+  std::snprintf(bits, sizeof bits, "%a %a %a", static_cast<double>(c.r), static_cast<double>(c.g),
+                static_cast<double>(c.b));
   const auto& first = executor.sample()->health.first;
-  const bool offends = first.exists() && first.pixel_x == pixel.x && first.pixel_y == pixel.y && first.pass == arguments.pass;
+  const bool offends =
+      first.exists() && first.pixel_x == pixel.x && first.pixel_y == pixel.y && first.pass == arguments.pass;
   const char* event = offends ? HealthEventName(first.event) : "";
   if (arguments.json) {
-    nlohmann::json json = {{"pixel", {pixel.x, pixel.y}}, {"pass", arguments.pass}, {"iteration", arguments.iteration}, {"radiance", {c.r, c.g, c.b}},
+    nlohmann::json json = {{"pixel", {pixel.x, pixel.y}},
+                           {"pass", arguments.pass},
+                           {"iteration", arguments.iteration},
+                           {"radiance", {c.r, c.g, c.b}},
                            {"bits", bits}};
     if (offends) json["event"] = event;
     std::cout << DumpJson(json) << "\n";
@@ -125,13 +146,18 @@ void AddReplayCommand(CLI::App& app, Invocation& invocation) {
   auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* sub = app.add_subcommand("replay", "Render one pixel sample again, as a health report asks");
   AddJobOptions(*sub, arguments->job, {.method = true, .budget = false});
-  sub->add_option("--spp", arguments->job.spp, "Samples per pixel the job ended with [pass + 1]")->check(Unnamed(CLI::PositiveNumber));
+  sub->add_option("--spp", arguments->job.spp, "Samples per pixel the job ended with [pass + 1]")
+      ->check(Unnamed(CLI::PositiveNumber));
   sub->add_option("--pixel", arguments->pixel, "The pixel, (0,0) the upper left one")->required()->type_name("X,Y");
   sub->add_option("--pass", arguments->pass, "The pass, counted through the whole job from 0")->required();
-  sub->add_option("--iteration", arguments->iteration, "The training iteration whose state was in use")->capture_default_str();
-  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]")->check(Unnamed(CLI::Range(1, 4096)));
+  sub->add_option("--iteration", arguments->iteration, "The training iteration whose state was in use")
+      ->capture_default_str();
+  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]")
+      ->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--json", arguments->json, "One JSON document on standard out");
-  sub->footer("The health report of a render prints the whole command.\nExample:\n  lodestar replay scenes/cornell-box.pbrt --method path --pixel 12,34 --pass 7");
+  sub->footer(
+      "The health report of a render prints the whole command.\nExample:\n  lodestar replay scenes/cornell-box.pbrt "
+      "--method path --pixel 12,34 --pass 7");
   sub->callback([arguments, &invocation] { invocation.run = [arguments] { return Replay(*arguments); }; });
 }
 

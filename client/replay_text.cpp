@@ -12,8 +12,10 @@ std::string ReplayCommand(const nlohmann::json& report, const std::string& scene
   const auto& job = report.at("job");
   const auto& scene = report.at("scene");
   const auto& result = report.at("result");
-  std::string command = "lodestar replay " + ShellQuote(scene_path) + " --method " + job.at("method").get<std::string>();
-  for (const auto& [name, value] : job.at("options").items()) command += " --option " + ShellQuote(name + "=" + value.get<std::string>());
+  std::string command =
+      "lodestar replay " + ShellQuote(scene_path) + " --method " + job.at("method").get<std::string>();
+  for (const auto& [name, value] : job.at("options").items())
+    command += " --option " + ShellQuote(name + "=" + value.get<std::string>());
   if (const auto filter = job.at("filter").get<std::string>(); !filter.empty()) command += " --filter " + filter;
   if (job.value("lenient", false)) command += " --lenient";
   command += " --seed " + job.at("seed").dump();

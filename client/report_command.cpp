@@ -28,13 +28,16 @@ void AddReportCommand(CLI::App& app, Invocation& invocation) {
       const JobStatus status = OnFarm([&] { return farm.GetJob({arguments->job}); });
       const std::string text = OnFarm([&] { return farm.GetReport({arguments->job}); });
       nlohmann::json report = nlohmann::json::parse(text, nullptr, false);
-      if (!report.is_object()) throw Error(ErrorKind::kCorrupt, "the report of " + arguments->job + " is not JSON; is the coordinator of another version?");
+      if (!report.is_object())
+        throw Error(ErrorKind::kCorrupt,
+                    "the report of " + arguments->job + " is not JSON; is the coordinator of another version?");
       report = CompleteReport(std::move(report), {status.name, command_line});
       if (arguments->json) {
         std::cout << DumpJson(report) << "\n";
       } else if (arguments->csv) {
         const auto seed = report.value("/job/seed"_json_pointer, uint64_t{0});
-        std::cout << kCsvHeader << PointsToCsv(status.method, seed, PointsFromJson(report.value("points", nlohmann::json::array())));
+        std::cout << kCsvHeader
+                  << PointsToCsv(status.method, seed, PointsFromJson(report.value("points", nlohmann::json::array())));
       } else {
         std::cout << StatusLine(status) << "\n" << Summary(report);
       }

@@ -1,4 +1,5 @@
-// lodestar submit: a scene to the farm. It is compiled here first, so that what is wrong with it is said before anything is uploaded.
+// lodestar submit: a scene to the farm. It is compiled here first, so that what is wrong with it is said before
+// anything is uploaded.
 #include <unistd.h>
 
 #include <cstdio>
@@ -32,7 +33,8 @@ SceneManifest Upload(FarmClient& farm, const SceneDescription& description, bool
   const SceneManifest manifest = OnFarm([&] {
     return farm.Upload(bundle, [&](const UploadProgress& at) {
       if (quiet || !terminal || at.files == 0) return;
-      std::fprintf(stderr, "\ruploading %zu of %zu files, %s of %s\x1b[K", at.files_done, at.files, FormatBytes(static_cast<double>(at.bytes_done)).c_str(),
+      std::fprintf(stderr, "\ruploading %zu of %zu files, %s of %s\x1b[K", at.files_done, at.files,
+                   FormatBytes(static_cast<double>(at.bytes_done)).c_str(),
                    FormatBytes(static_cast<double>(at.bytes)).c_str());
       open = true;
     });
@@ -45,19 +47,22 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
   JobSubmission submission;
   submission.spec = arguments.job.ToJob();
   submission.priority = arguments.priority;
-  submission.name = arguments.name.empty() ? std::filesystem::path(arguments.job.scene).stem().string() : arguments.name;
+  submission.name =
+      arguments.name.empty() ? std::filesystem::path(arguments.job.scene).stem().string() : arguments.name;
   FollowOptions follow = arguments.follow;
   follow.scene_path = arguments.job.scene;
   follow.command_line = command_line;
   if (!follow.output.empty()) PrepareFolder(OutputPaths::For(follow.output).image);
-  if (!follow.reference.empty() && follow.output.empty()) throw Error(ErrorKind::kInvalidInput, "--reference needs -o: the image is measured when it is fetched");
+  if (!follow.reference.empty() && follow.output.empty())
+    throw Error(ErrorKind::kInvalidInput, "--reference needs -o: the image is measured when it is fetched");
 
   const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
   {
     const CompiledJob compiled = CompileScene(description, submission.spec);
     MakeMethod(submission.spec, compiled.survey);  // refuses bad values of options here and now
     if (!follow.reference.empty()) {
-      CheckReferenceSize(ReadImageFile(follow.reference), follow.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
+      CheckReferenceSize(ReadImageFile(follow.reference), follow.reference, compiled.survey.resolution_x,
+                         compiled.survey.resolution_y);
     }
   }
   FarmClient farm(arguments.farm.address, arguments.farm.options);
@@ -85,9 +90,11 @@ void AddSubmitCommand(CLI::App& app, Invocation& invocation) {
   sub->add_option("--name", arguments->name, "Name of the job in lists [the scene's]")->type_name("TEXT");
   sub->add_option("--priority", arguments->priority, "Larger comes first")->capture_default_str();
   sub->add_flag("--watch", arguments->watch, "Show progress until the job ends");
-  sub->add_option("-o,--output", arguments->follow.output, "Wait for the job, then write the image and its .png, .csv, .json and -error.png (as render does)")
+  sub->add_option("-o,--output", arguments->follow.output,
+                  "Wait for the job, then write the image and its .png, .csv, .json and -error.png (as render does)")
       ->type_name("FILE");
-  sub->add_option("--reference", arguments->follow.reference, "With -o: measure the final image against this one")->type_name("FILE");
+  sub->add_option("--reference", arguments->follow.reference, "With -o: measure the final image against this one")
+      ->type_name("FILE");
   sub->add_flag("--json", arguments->follow.json, "One JSON document on standard out");
   sub->add_flag("--quiet", arguments->follow.quiet, "No progress on standard error");
   sub->footer(

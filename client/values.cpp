@@ -60,7 +60,9 @@ double ParseDuration(std::string_view text) {
   std::string_view rest = text;
   double seconds = 0;
   const auto refuse = [&]() -> double {
-    throw Error(ErrorKind::kInvalidInput, "'" + std::string(text) + "' is not a duration; write seconds or a unit, e.g. 90, 60s, 5m, 1h30m, 250ms");
+    throw Error(
+        ErrorKind::kInvalidInput,
+        "'" + std::string(text) + "' is not a duration; write seconds or a unit, e.g. 90, 60s, 5m, 1h30m, 250ms");
   };
   for (int parts = 0; !rest.empty(); ++parts) {
     const auto number = TakeNumber(&rest);
@@ -92,14 +94,18 @@ std::string FormatDuration(double seconds) {
 Resolution ParseResolution(std::string_view text) {
   const auto pair = ParsePair(text, 'x');
   if (!pair || pair->x == 0 || pair->y == 0 || pair->x > 65536 || pair->y > 65536) {
-    throw Error(ErrorKind::kInvalidInput, "'" + std::string(text) + "' is not a resolution; write WIDTHxHEIGHT with 1 to 65536 pixels each, e.g. 640x360");
+    throw Error(ErrorKind::kInvalidInput,
+                "'" + std::string(text) +
+                    "' is not a resolution; write WIDTHxHEIGHT with 1 to 65536 pixels each, e.g. 640x360");
   }
   return *pair;
 }
 
 Resolution ParsePixel(std::string_view text) {
   const auto pair = ParsePair(text, ',');
-  if (!pair) throw Error(ErrorKind::kInvalidInput, "'" + std::string(text) + "' is not a pixel; write X,Y with (0,0) the upper left one, e.g. 12,34");
+  if (!pair)
+    throw Error(ErrorKind::kInvalidInput,
+                "'" + std::string(text) + "' is not a pixel; write X,Y with (0,0) the upper left one, e.g. 12,34");
   return *pair;
 }
 
@@ -122,7 +128,10 @@ std::string FormatNumber(double value) {
 }
 
 std::string ShellQuote(std::string_view word) {
-  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("-_./=,:+@%").find(c) != std::string_view::npos; };
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) ||
+           std::string_view("-_./=,:+@%").find(c) != std::string_view::npos;
+  };
   if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return std::string(word);
   std::string quoted = "'";
   for (const char c : word) {

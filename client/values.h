@@ -7,7 +7,8 @@
 
 namespace lodestar {
 
-// "90", "90s", "1.5m", "2h", "1h30m", "250ms": seconds, > 0. Throws Error(kInvalidInput) naming the text and what is accepted.
+// "90", "90s", "1.5m", "2h", "1h30m", "250ms": seconds, > 0. Throws Error(kInvalidInput) naming the text and what is
+// accepted.
 double ParseDuration(std::string_view text);
 // "0:07", "1:23:45"; "-:--" below zero (unknown).
 std::string FormatDuration(double seconds);

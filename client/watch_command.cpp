@@ -16,8 +16,11 @@ void AddWatchCommand(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand("watch", "Follow a job until it ends");
   sub->add_option("job", arguments->job, "The job's id")->required()->type_name("JOB");
   AddFarmOption(*sub, arguments->farm);
-  sub->add_option("-o,--output", arguments->follow.output, "Write the image and its .png, .csv, .json and -error.png when the job ends")->type_name("FILE");
-  sub->add_option("--reference", arguments->follow.reference, "With -o: measure the final image against this one")->type_name("FILE");
+  sub->add_option("-o,--output", arguments->follow.output,
+                  "Write the image and its .png, .csv, .json and -error.png when the job ends")
+      ->type_name("FILE");
+  sub->add_option("--reference", arguments->follow.reference, "With -o: measure the final image against this one")
+      ->type_name("FILE");
   sub->add_flag("--json", arguments->follow.json, "One JSON document on standard out, at the end");
   sub->add_flag("--quiet", arguments->follow.quiet, "No progress on standard error");
   sub->footer("Example:\n  lodestar watch job-17 -o out/door.exr\nCtrl-C ends the watching, not the job.");

@@ -22,7 +22,8 @@ void AddWorkersCommand(CLI::App& app, Invocation& invocation) {
   sub->add_flag("--json", arguments->json, "One JSON document on standard out");
   sub->callback([arguments, &invocation] {
     invocation.run = [arguments] {
-      const auto workers = OnFarm([&] { return FarmClient(arguments->farm.address, arguments->farm.options).Workers(); });
+      const auto workers =
+          OnFarm([&] { return FarmClient(arguments->farm.address, arguments->farm.options).Workers(); });
       nlohmann::json list = nlohmann::json::array();
       for (const WorkerStatus& worker : workers) {
         if (arguments->json) {
@@ -35,8 +36,9 @@ void AddWorkersCommand(CLI::App& app, Invocation& invocation) {
                           {"units_per_second", worker.units_per_second},
                           {"seconds_since_seen", worker.seconds_since_seen}});
         } else {
-          std::printf("%-12s %-20s %3u threads  %2u leases  %8llu units  %7s units/s  seen %s s ago\n", worker.id.value.c_str(), worker.name.c_str(),
-                      worker.threads, worker.leases, static_cast<unsigned long long>(worker.units), FormatNumber(worker.units_per_second).c_str(),
+          std::printf("%-12s %-20s %3u threads  %2u leases  %8llu units  %7s units/s  seen %s s ago\n",
+                      worker.id.value.c_str(), worker.name.c_str(), worker.threads, worker.leases,
+                      static_cast<unsigned long long>(worker.units), FormatNumber(worker.units_per_second).c_str(),
                       FormatNumber(worker.seconds_since_seen).c_str());
         }
       }

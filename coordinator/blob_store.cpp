@@ -51,7 +51,8 @@ struct BlobStore::Writer::Impl {
 BlobStore::Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 BlobStore::Writer::~Writer() = default;
 
-BlobStore::BlobStore(const fs::path& folder, JobStore& store, Options options) : folder_(folder), store_(store), options_(std::move(options)) {
+BlobStore::BlobStore(const fs::path& folder, JobStore& store, Options options)
+    : folder_(folder), store_(store), options_(std::move(options)) {
   fs::create_directories(folder_ / "temporary");
   for (const auto& entry : fs::directory_iterator(folder_ / "temporary")) fs::remove(entry.path());
   const auto known = store_.AllBlobs();
@@ -65,13 +66,16 @@ BlobStore::BlobStore(const fs::path& folder, JobStore& store, Options options) :
 }
 
 fs::path BlobStore::FileOf(const ContentHash& hash) const {
-  if (!IsContentHash(hash.hex)) throw Error(ErrorKind::kInvalidInput, "'" + hash.hex.substr(0, 80) + "' is not a SHA-256 of 64 lower-case hex digits");
+  if (!IsContentHash(hash.hex))
+    throw Error(ErrorKind::kInvalidInput,
+                "'" + hash.hex.substr(0, 80) + "' is not a SHA-256 of 64 lower-case hex digits");
   return folder_ / hash.hex.substr(0, 2) / hash.hex;
 }
 
 int64_t BlobStore::Now() const {
   if (options_.now_unix_ms) return options_.now_unix_ms();
-  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
 }
 
 void BlobStore::CheckSpace(uint64_t bytes) const {
@@ -84,9 +88,10 @@ void BlobStore::CheckSpace(uint64_t bytes) const {
     available = uint64_t{status.f_bavail} * status.f_frsize;
   }
   if (available < options_.reserve_bytes || available - options_.reserve_bytes < bytes) {
-    throw ExhaustedError("the coordinator's disk is nearly full: " + std::to_string(bytes >> 20) + " MiB more would leave less than the " +
-                         std::to_string(options_.reserve_bytes >> 20) + " MiB that running jobs need (" + std::to_string(available >> 20) +
-                         " MiB are free in " + folder_.string() + "); free some space there and submit again");
+    throw ExhaustedError("the coordinator's disk is nearly full: " + std::to_string(bytes >> 20) +
+                         " MiB more would leave less than the " + std::to_string(options_.reserve_bytes >> 20) +
+                         " MiB that running jobs need (" + std::to_string(available >> 20) + " MiB are free in " +
+                         folder_.string() + "); free some space there and submit again");
   }
 }
 
@@ -105,7 +110,8 @@ std::unique_ptr<BlobStore::Writer> BlobStore::NewWriter(const ContentHash& hash,
 
 void BlobStore::Writer::Append(std::string_view bytes) {
   if (bytes.size() > impl_->size - impl_->written) {
-    throw Error(ErrorKind::kInvalidInput, "content " + impl_->hash.hex + " is longer than the " + std::to_string(impl_->size) + " bytes announced");
+    throw Error(ErrorKind::kInvalidInput, "content " + impl_->hash.hex + " is longer than the " +
+                                              std::to_string(impl_->size) + " bytes announced");
   }
   impl_->sha.Add(bytes);
   impl_->written += bytes.size();
@@ -120,7 +126,8 @@ void BlobStore::Writer::Append(std::string_view bytes) {
 void BlobStore::Writer::Commit() {
   // Step 1: the content is what it says it is.
   if (impl_->written != impl_->size || impl_->sha.Finish() != impl_->hash) {
-    throw Error(ErrorKind::kCorrupt, "content " + impl_->hash.hex + " came damaged (" + std::to_string(impl_->written) + " of " + std::to_string(impl_->size) +
+    throw Error(ErrorKind::kCorrupt, "content " + impl_->hash.hex + " came damaged (" + std::to_string(impl_->written) +
+                                         " of " + std::to_string(impl_->size) +
                                          " bytes); did the file change while it was sent?");
   }
   // Step 2: on disk under its temporary name.
@@ -161,7 +168,9 @@ fs::path BlobStore::PathOf(const ContentHash& hash) const {
 Bytes BlobStore::Read(const ContentHash& hash) const {
   std::ifstream in(PathOf(hash), std::ios::binary);
   Bytes bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (Sha256(bytes) != hash) throw Error(ErrorKind::kCorrupt, "the stored content " + hash.hex + " is damaged: the disk of the store has a fault");
+  if (Sha256(bytes) != hash)
+    throw Error(ErrorKind::kCorrupt,
+                "the stored content " + hash.hex + " is damaged: the disk of the store has a fault");
   return bytes;
 }
 

@@ -1,5 +1,5 @@
-// Content-addressed files. A blob is there when its row is: written to a temporary name, synchronised (file and folder), renamed, then the row.
-// A crash in between leaves a file without a row, which the next start removes.
+// Content-addressed files. A blob is there when its row is: written to a temporary name, synchronised (file and
+// folder), renamed, then the row. A crash in between leaves a file without a row, which the next start removes.
 #pragma once
 
 #include <atomic>
@@ -16,10 +16,11 @@ namespace lodestar {
 class BlobStore {
  public:
   struct Options {
-    uint64_t reserve_bytes = uint64_t{256} << 20;  // of the disk: writes that would leave less are refused, long before SQLite's would fail
+    uint64_t reserve_bytes =
+        uint64_t{256} << 20;  // of the disk: writes that would leave less are refused, long before SQLite's would fail
     std::chrono::milliseconds grace = std::chrono::minutes(10);  // an unneeded blob lives this long after its last use
-    std::function<uint64_t()> free_bytes;          // injected by tests; empty: asks the file system
-    std::function<int64_t()> now_unix_ms;          // injected by tests; empty: the system's clock
+    std::function<uint64_t()> free_bytes;                        // injected by tests; empty: asks the file system
+    std::function<int64_t()> now_unix_ms;                        // injected by tests; empty: the system's clock
   };
   BlobStore(const std::filesystem::path& folder, JobStore& store, Options options);
 
@@ -27,8 +28,9 @@ class BlobStore {
   class Writer {
    public:
     ~Writer();
-    void Append(std::string_view bytes);  // throws ExhaustedError (disk nearly full), Error(kInvalidInput) beyond the announced size
-    void Commit();                        // throws Error(kCorrupt) where size or hash differ
+    void Append(std::string_view
+                    bytes);  // throws ExhaustedError (disk nearly full), Error(kInvalidInput) beyond the announced size
+    void Commit();           // throws Error(kCorrupt) where size or hash differ
 
    private:
     friend class BlobStore;

@@ -31,7 +31,8 @@ JobCheckpoint JobCheckpoint::Parse(std::string_view bytes) {
   ByteReader in(bytes, "job checkpoint");
   if (in.Get<uint32_t>() != kMagic) in.Fail("does not begin like one");
   if (const auto version = in.Get<uint32_t>(); version != kVersion) {
-    throw Error(ErrorKind::kConflict, "job checkpoint of version " + std::to_string(version) + ", this coordinator reads version " + std::to_string(kVersion) +
+    throw Error(ErrorKind::kConflict, "job checkpoint of version " + std::to_string(version) +
+                                          ", this coordinator reads version " + std::to_string(kVersion) +
                                           ": let the release that wrote it finish the job, or submit it again");
   }
   JobCheckpoint checkpoint;

@@ -10,12 +10,12 @@
 namespace lodestar {
 
 struct JobCheckpoint {
-  Bytes loop;                // Loop::Checkpoint()
-  Round round;               // meaningful where there are parts
-  ContentHash state;         // the state the parts were rendered under
+  Bytes loop;         // Loop::Checkpoint()
+  Round round;        // meaningful where there are parts
+  ContentHash state;  // the state the parts were rendered under
   struct Part {
     TreeNode node;
-    Bytes contribution;      // SerializeContribution()
+    Bytes contribution;  // SerializeContribution()
   };
   std::vector<Part> parts;
 

@@ -15,17 +15,16 @@ namespace lodestar {
 namespace {
 
 constexpr const char* kNames[] = {
-    "blob-written",         // the temporary file is complete and synchronised
-    "blob-renamed",         // it has its name, the row is missing
-    "blob-committed",       // the row is there
-    "job-before-commit",    // a submitted job, inside its transaction
-    "job-committed",
-    "survey-committed",
+    "blob-written",       // the temporary file is complete and synchronised
+    "blob-renamed",       // it has its name, the row is missing
+    "blob-committed",     // the row is there
+    "job-before-commit",  // a submitted job, inside its transaction
+    "job-committed",        "survey-committed",
     "contribution-merged",  // in memory only
     "checkpoint-begin",     // before its blob
     "checkpoint-blob",      // its blob is there, the row still names the old one
     "checkpoint-committed",
-    "result-blob",          // the final image is stored, the job not yet done
+    "result-blob",  // the final image is stored, the job not yet done
     "done-committed",
 };
 
@@ -51,7 +50,8 @@ std::span<const char* const> CrashPoints() {
 
 void CrashPoint(const char* name) {
   static Target target;
-  LODESTAR_DCHECK(std::any_of(std::begin(kNames), std::end(kNames), [&](const char* n) { return std::string_view(n) == name; }));
+  LODESTAR_DCHECK(
+      std::any_of(std::begin(kNames), std::end(kNames), [&](const char* n) { return std::string_view(n) == name; }));
   if (target.name.empty() || target.name != name) return;
   if (--target.left == 0) kill(getpid(), SIGKILL);
 }

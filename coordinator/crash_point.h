@@ -1,4 +1,5 @@
-// Named places where tests end the process as kill -9 would: LODESTAR_CRASH_AT=NAME or NAME:N (at the N-th passage). Inert without it.
+// Named places where tests end the process as kill -9 would: LODESTAR_CRASH_AT=NAME or NAME:N (at the N-th passage).
+// Inert without it.
 #pragma once
 
 #include <span>

@@ -84,7 +84,8 @@ Job& Farm::Need(const JobId& id) const {
     const auto it = jobs_.find(std::atoll(id.value.c_str() + 4));
     if (it != jobs_.end() && it->second->stored.id() == id) return *it->second;
   }
-  throw Error(ErrorKind::kNotFound, "there is no job '" + id.value.substr(0, 40) + "'; 'lodestar jobs' lists those there are");
+  throw Error(ErrorKind::kNotFound,
+              "there is no job '" + id.value.substr(0, 40) + "'; 'lodestar jobs' lists those there are");
 }
 
 Farm::Worker& Farm::NeedWorker(const WorkerId& id) {
@@ -123,19 +124,25 @@ JobStatus Farm::Status(const Job& job) const {
   s.height = job.height;
   if (s.phase == JobPhase::kQueued) {
     if (!job.stored.survey.empty()) {
-      s.waiting_for = job.driven ? "its first round" : "its turn: " + std::to_string(options_.max_running) + " jobs run at a time";
+      s.waiting_for =
+          job.driven ? "its first round" : "its turn: " + std::to_string(options_.max_running) + " jobs run at a time";
     } else {
-      s.waiting_for = !job.surveys.empty() ? "the survey of its scene" : workers_.empty() ? "a worker: none is registered" : "a worker to survey its scene";
+      s.waiting_for = !job.surveys.empty() ? "the survey of its scene"
+                      : workers_.empty()   ? "a worker: none is registered"
+                                           : "a worker to survey its scene";
     }
   } else if (s.phase == JobPhase::kRunning && LiveWorkers(job.stored.fingerprint) == 0) {
-    s.waiting_for = workers_.empty() ? "a worker: none is registered" : "a worker of the build that surveyed its scene: all those registered are of another";
+    s.waiting_for = workers_.empty()
+                        ? "a worker: none is registered"
+                        : "a worker of the build that surveyed its scene: all those registered are of another";
   }
   return s;
 }
 
 void Farm::Changed(const Job& job, Deferred* deferred) {
   for (const auto& [id, watcher] : watchers_) {
-    if (watcher.job == job.stored.number) deferred->Add([changed = watcher.changed, status = Status(job)] { changed(status); });
+    if (watcher.job == job.stored.number)
+      deferred->Add([changed = watcher.changed, status = Status(job)] { changed(status); });
   }
 }
 
@@ -226,7 +233,8 @@ void Farm::TimerLoop() {
   while (!ending_) {
     // Copies for stragglers are the only answers that come with time alone, so parked workers make it tick faster.
     const bool busy = !parked_leases_.empty();
-    timer_wake_.wait_for(lock, busy ? std::chrono::milliseconds(25) : std::chrono::milliseconds(200), [&] { return ending_; });
+    timer_wake_.wait_for(lock, busy ? std::chrono::milliseconds(25) : std::chrono::milliseconds(200),
+                         [&] { return ending_; });
     lock.unlock();
     bool collect = false;
     std::vector<std::thread> over;

@@ -1,5 +1,6 @@
-// The coordinator without its wire: jobs, workers, leases and merging, in plain values. One mutex; what takes long (decoding, merging, disk) happens
-// outside of it. Long polls are parked here as functions that are called once, from any thread and without the mutex.
+// The coordinator without its wire: jobs, workers, leases and merging, in plain values. One mutex; what takes long
+// (decoding, merging, disk) happens outside of it. Long polls are parked here as functions that are called once, from
+// any thread and without the mutex.
 //
 // Methods throw Error for what a caller did wrong; a worker that is not known gets Error(kNotFound).
 #pragma once
@@ -21,10 +22,11 @@ class Farm {
     LeaseTable::Options leases;
     LeaseSizing sizing;
     Clock::Duration checkpoint_interval = std::chrono::seconds(30);
-    Clock::Duration checkpoint_least = std::chrono::seconds(2);  // between those at iteration ends, which come fast at first
+    Clock::Duration checkpoint_least =
+        std::chrono::seconds(2);  // between those at iteration ends, which come fast at first
     uint32_t max_running = 4;
     size_t max_queued = 1000;
-    int strikes = 3;                 // workers a job may cost
+    int strikes = 3;  // workers a job may cost
     BlobStore::Options blobs;
     const Clock* clock = &Clock::Steady();
     std::function<void(const std::string&)> fatal;  // this coordinator must end (another has taken over)
@@ -51,7 +53,8 @@ class Farm {
   using RenewAnswer = std::function<void(std::vector<LeaseId>)>;
   // The answer comes now or later; the number serves to withdraw a parked call (0: answered).
   uint64_t Lease(const WorkerId& worker, Clock::Duration wait, LeaseAnswer answer);
-  uint64_t RenewLease(const WorkerId& worker, const std::vector<LeaseId>& leases, Clock::Duration wait, RenewAnswer answer);
+  uint64_t RenewLease(const WorkerId& worker, const std::vector<LeaseId>& leases, Clock::Duration wait,
+                      RenewAnswer answer);
   void Withdraw(uint64_t call);
   std::shared_ptr<const Bytes> CompressedState(const ContentHash& hash) const;
   ContributionOutcome SubmitContribution(const ContributionHeader& header, std::string_view compressed);
@@ -65,9 +68,9 @@ class Farm {
   struct Worker {
     WorkerInfo info;
     Clock::Duration seen{};
-    std::vector<LeaseId> revoked;       // to be told
+    std::vector<LeaseId> revoked;  // to be told
     uint64_t units = 0;
-    double seconds = 0;                 // of rendering
+    double seconds = 0;  // of rendering
   };
   struct ParkedLease {
     uint64_t call;
@@ -108,7 +111,7 @@ class Farm {
   std::optional<LeasedUnit> GrantRender(const WorkerId& id, const Worker& worker, bool copies);
   std::optional<LeasedUnit> GrantFor(const WorkerId& id);
   LeasedUnit Describe(const Job& job, const LeaseEntry& entry, const OpenRound& open) const;
-  void Pump(Deferred* deferred);                           // answers parked calls that can be answered
+  void Pump(Deferred* deferred);  // answers parked calls that can be answered
   void Revoke(const std::vector<LeaseEntry>& leases, Deferred* deferred);
   void CloseRounds(Job& job, const std::function<bool(const OpenRound&)>& which, Deferred* deferred);
   void CountLoss(Job& job, const WorkerId& worker, Deferred* deferred);
@@ -133,10 +136,10 @@ class Farm {
   std::unique_ptr<BlobStore> blobs_;
 
   mutable std::mutex mutex_;
-  std::condition_variable changed_;       // rounds completed, jobs stopped, snapshots made
+  std::condition_variable changed_;  // rounds completed, jobs stopped, snapshots made
   std::condition_variable timer_wake_;
   std::map<int64_t, std::unique_ptr<Job>> jobs_;
-  std::vector<Job*> order_;               // those that have not ended, by rank
+  std::vector<Job*> order_;  // those that have not ended, by rank
   std::map<WorkerId, Worker> workers_;
   std::list<ParkedLease> parked_leases_;
   std::list<ParkedRenewal> parked_renewals_;

@@ -32,14 +32,17 @@ JobId Farm::Submit(const JobSubmission& submission) {
       if (job->stored.client_token == submission.client_token) return job->stored.id();
     }
     if (order_.size() >= options_.max_queued) {
-      throw ExhaustedError("the queue is full (" + std::to_string(order_.size()) + " jobs): wait until some have ended, or cancel some");
+      throw ExhaustedError("the queue is full (" + std::to_string(order_.size()) +
+                           " jobs): wait until some have ended, or cancel some");
     }
   }
   StoredJob stored;
   stored.client_token = submission.client_token;
   stored.name = submission.name;
   stored.priority = submission.priority;
-  stored.submitted_unix_ms = std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  stored.submitted_unix_ms =
+      std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch())
+          .count();
   stored.description = blobs_->Put(JobDescription{submission.spec, submission.scene}.Serialize());
   std::vector<ContentHash> assets{stored.description};
   for (const auto& [name, file] : submission.scene.files) assets.push_back(file.hash);
@@ -98,7 +101,10 @@ std::shared_ptr<const Image> Farm::GetImage(const JobId& id) {
   }
   if (job.driving || job.stored.image.empty()) {
     if (job.image) return job.image;
-    throw Error(ErrorKind::kConflict, id.value + " has no image yet: " + (Status(job).waiting_for.empty() ? "its first round is not complete" : "it waits for " + Status(job).waiting_for));
+    throw Error(ErrorKind::kConflict,
+                id.value + " has no image yet: " +
+                    (Status(job).waiting_for.empty() ? "its first round is not complete"
+                                                     : "it waits for " + Status(job).waiting_for));
   }
   const ContentHash hash = job.stored.image;
   lock.unlock();
@@ -113,7 +119,8 @@ std::string Farm::GetReport(const JobId& id) {
     changed_.wait_for(lock, std::chrono::seconds(5), [&] { return !job.snapshot_wanted || !job.driving || ending_; });
   }
   if (!job.stored.report.empty()) return job.stored.report;
-  if (job.report.empty()) throw Error(ErrorKind::kConflict, id.value + " has not rendered a round yet, so there is nothing to report");
+  if (job.report.empty())
+    throw Error(ErrorKind::kConflict, id.value + " has not rendered a round yet, so there is nothing to report");
   return job.report;
 }
 

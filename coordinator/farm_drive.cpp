@@ -13,7 +13,8 @@
 namespace lodestar {
 namespace {
 
-// Where the last checkpoint left off; nothing where there is none, or none that can be read: then the job is rendered again, with the same bits.
+// Where the last checkpoint left off; nothing where there is none, or none that can be read: then the job is rendered
+// again, with the same bits.
 std::unique_ptr<Loop> Restored(const BlobStore& blobs, const StoredJob& stored, JobCheckpoint* checkpoint) {
   if (stored.checkpoint.empty()) return nullptr;
   try {
@@ -29,7 +30,9 @@ std::unique_ptr<Loop> Restored(const BlobStore& blobs, const StoredJob& stored, 
 // Writes checkpoints one at a time in the background, so that rendering goes on meanwhile.
 class CheckpointWriter {
  public:
-  bool busy() const { return writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready; }
+  bool busy() const {
+    return writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+  }
   void Write(std::function<void()> write) {
     Wait();
     writing_ = std::async(std::launch::async, std::move(write));
@@ -70,7 +73,8 @@ void Farm::StoreCheckpoint(Job& job, JobCheckpoint checkpoint) {
     CrashPoint("checkpoint-committed");
     if (!old.empty() && old != blob) blobs_->Drop(old);
   } catch (const Error& error) {
-    spdlog::warn("{}: no checkpoint ({}); it goes on, and a crash would cost it more", job.stored.id().value, error.what());
+    spdlog::warn("{}: no checkpoint ({}); it goes on, and a crash would cost it more", job.stored.id().value,
+                 error.what());
     std::lock_guard lock(mutex_);
     job.Log(std::string("no checkpoint: ") + error.what());
   }
@@ -114,18 +118,22 @@ void Farm::Drive(Job& job) {
       if (loop->finished() && !open) return;
       const auto age = clock_.Now() - last;
       const bool advanced = !open && loop->NextRound().iteration != last_iteration;
-      if (!now && (writer.busy() || (age < options_.checkpoint_interval && !(advanced && age >= options_.checkpoint_least)))) return;
+      if (!now &&
+          (writer.busy() || (age < options_.checkpoint_interval && !(advanced && age >= options_.checkpoint_least))))
+        return;
       JobCheckpoint position;
       position.loop = loop->Checkpoint();
       if (open) {
         position.round = open->round;
         position.state = open->state_hash;
         std::lock_guard merge(const_cast<OpenRound*>(open)->merge);
-        for (const auto& [node, part] : open->reduction.parts()) position.parts.push_back({node, SerializeContribution(part)});
+        for (const auto& [node, part] : open->reduction.parts())
+          position.parts.push_back({node, SerializeContribution(part)});
       }
       last_iteration = loop->NextRound().iteration;
       last = clock_.Now();
-      writer.Write([this, &job, position = std::move(position)]() mutable { StoreCheckpoint(job, std::move(position)); });
+      writer.Write(
+          [this, &job, position = std::move(position)]() mutable { StoreCheckpoint(job, std::move(position)); });
     };
     // Step 3: run.
     bool left = false;  // with the round under way in the last checkpoint

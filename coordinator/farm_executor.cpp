@@ -8,8 +8,13 @@
 
 namespace lodestar {
 
-Farm::FarmExecutor::FarmExecutor(Farm& farm, Job& job, const Loop& loop, JobCheckpoint resumed, std::function<void(const OpenRound*)> checkpoint)
-    : farm_(farm), job_(job), run_(std::make_shared<JobRun>(loop)), resumed_(std::move(resumed)), checkpoint_(std::move(checkpoint)) {
+Farm::FarmExecutor::FarmExecutor(Farm& farm, Job& job, const Loop& loop, JobCheckpoint resumed,
+                                 std::function<void(const OpenRound*)> checkpoint)
+    : farm_(farm),
+      job_(job),
+      run_(std::make_shared<JobRun>(loop)),
+      resumed_(std::move(resumed)),
+      checkpoint_(std::move(checkpoint)) {
   std::lock_guard lock(farm_.mutex_);
   job_.run = run_;
 }
@@ -17,7 +22,8 @@ Farm::FarmExecutor::FarmExecutor(Farm& farm, Job& job, const Loop& loop, JobChec
 Farm::FarmExecutor::~FarmExecutor() {
   Deferred deferred;
   std::lock_guard lock(farm_.mutex_);
-  farm_.CloseRounds(job_, [](const OpenRound&) { return true; }, &deferred);
+  farm_.CloseRounds(
+      job_, [](const OpenRound&) { return true; }, &deferred);
   job_.run = nullptr;
   farm_.Pump(&deferred);
 }
@@ -42,21 +48,25 @@ void Farm::FarmExecutor::Resume(OpenRound* open) {
   if (resumed_.parts.empty()) return;
   if (resumed_.round == open->round && resumed_.state == open->state_hash) {
     for (auto& part : resumed_.parts) {
-      open->reduction.Commit(part.node, ParseContribution(run_->method, open->state, run_->grid, open->round, part.node, part.contribution));
+      open->reduction.Commit(part.node, ParseContribution(run_->method, open->state, run_->grid, open->round, part.node,
+                                                          part.contribution));
       open->leases.Commit(part.node);
     }
-    spdlog::info("{} resumes with {} of {} units of its round", job_.stored.id().value, open->reduction.committed_units(), open->round.unit_count);
+    spdlog::info("{} resumes with {} of {} units of its round", job_.stored.id().value,
+                 open->reduction.committed_units(), open->round.unit_count);
   }
   resumed_.parts.clear();
 }
 
-std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) {
+std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                                        const StopToken& stop) {
   // Step 1: the state, where it is a new one.
   if (run_->state != state) {
     {
       Deferred deferred;
       std::lock_guard lock(farm_.mutex_);
-      farm_.CloseRounds(job_, [](const OpenRound&) { return true; }, &deferred);
+      farm_.CloseRounds(
+          job_, [](const OpenRound&) { return true; }, &deferred);
     }
     Publish(state);
   }
@@ -66,9 +76,12 @@ std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<co
   {
     Deferred deferred;
     std::lock_guard lock(farm_.mutex_);
-    farm_.CloseRounds(job_, [&](const OpenRound& open) { return open.round != round && (!announced || open.round != *announced); }, &deferred);
+    farm_.CloseRounds(
+        job_, [&](const OpenRound& open) { return open.round != round && (!announced || open.round != *announced); },
+        &deferred);
     const auto find = [&](const Round& wanted) {
-      const auto it = std::find_if(run_->open.begin(), run_->open.end(), [&](const auto& open) { return open->round == wanted; });
+      const auto it =
+          std::find_if(run_->open.begin(), run_->open.end(), [&](const auto& open) { return open->round == wanted; });
       return it == run_->open.end() ? nullptr : *it;
     };
     current = find(round);

@@ -9,10 +9,13 @@ namespace lodestar {
 
 class Farm::FarmExecutor final : public Executor {
  public:
-  // `checkpoint` is called on the driver's thread every now and then while a round is under way, and once more where the farm ends within one.
-  FarmExecutor(Farm& farm, Job& job, const Loop& loop, JobCheckpoint resumed, std::function<void(const OpenRound*)> checkpoint);
+  // `checkpoint` is called on the driver's thread every now and then while a round is under way, and once more where
+  // the farm ends within one.
+  FarmExecutor(Farm& farm, Job& job, const Loop& loop, JobCheckpoint resumed,
+               std::function<void(const OpenRound*)> checkpoint);
   ~FarmExecutor() override;
-  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) override;
+  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                      const StopToken& stop) override;
   void Announce(const std::shared_ptr<const State>& state, const Round& next) override { announced_ = next; }
 
  private:

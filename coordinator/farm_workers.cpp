@@ -14,8 +14,9 @@ constexpr uint32_t kMaxSurveysAtOnce = 64;
 
 Registration Farm::Register(const WorkerInfo& info) {
   if (info.protocol_version != kProtocolVersion) {
-    throw ProtocolError("worker '" + info.name + "' speaks protocol " + std::to_string(info.protocol_version) + ", this coordinator " +
-                        std::to_string(kProtocolVersion) + ": install the same release on both");
+    throw ProtocolError("worker '" + info.name + "' speaks protocol " + std::to_string(info.protocol_version) +
+                        ", this coordinator " + std::to_string(kProtocolVersion) +
+                        ": install the same release on both");
   }
   Deferred deferred;
   std::lock_guard lock(mutex_);
@@ -39,10 +40,13 @@ LeasedUnit Farm::Describe(const Job& job, const LeaseEntry& entry, const OpenRou
   return unit;
 }
 
-// All idle workers survey a new job at once: the first answer counts, and the others have the scene ready when its rounds begin.
+// All idle workers survey a new job at once: the first answer counts, and the others have the scene ready when its
+// rounds begin.
 std::optional<LeasedUnit> Farm::GrantSurvey(const WorkerId& id, const Worker& worker) {
   for (Job* job : order_) {
-    if (job->stored.phase != JobPhase::kQueued || !job->stored.survey.empty() || job->cancelled || job->asked.contains(id)) continue;
+    if (job->stored.phase != JobPhase::kQueued || !job->stored.survey.empty() || job->cancelled ||
+        job->asked.contains(id))
+      continue;
     if (job->surveys.size() >= kMaxSurveysAtOnce) continue;
     const LeaseId lease = NewLeaseId();
     job->asked.insert(id);
@@ -70,8 +74,8 @@ std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& wo
         entry = open.leases.GrantCopy(NewLeaseId(), id, run.mean_seconds_per_unit);
       } else {
         open.leases.set_bytes_per_unit(run.bytes_per_unit);
-        const uint32_t units =
-            LeaseUnits(options_.sizing, open.leases.free_units(), open.leases.unit_count(), LiveWorkers(job->stored.fingerprint), speed, i + 1 < run.open.size());
+        const uint32_t units = LeaseUnits(options_.sizing, open.leases.free_units(), open.leases.unit_count(),
+                                          LiveWorkers(job->stored.fingerprint), speed, i + 1 < run.open.size());
         entry = open.leases.Grant(NewLeaseId(), id, units);
       }
       if (entry) return Describe(*job, *entry, open);
@@ -122,7 +126,8 @@ uint64_t Farm::Lease(const WorkerId& worker, Clock::Duration wait, LeaseAnswer a
   return last_call_;
 }
 
-uint64_t Farm::RenewLease(const WorkerId& id, const std::vector<LeaseId>& leases, Clock::Duration wait, RenewAnswer answer) {
+uint64_t Farm::RenewLease(const WorkerId& id, const std::vector<LeaseId>& leases, Clock::Duration wait,
+                          RenewAnswer answer) {
   Deferred deferred;
   std::lock_guard lock(mutex_);
   Worker& worker = NeedWorker(id);
@@ -190,7 +195,8 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
       if (candidate->round == header.round && candidate->state_hash == header.state) open = candidate;
     }
     if (!open) return ContributionOutcome::kStale;
-    if (!header.node.ValidIn(open->round.unit_count)) throw Error(ErrorKind::kInvalidInput, header.node.ToString() + " does not exist in its round");
+    if (!header.node.ValidIn(open->round.unit_count))
+      throw Error(ErrorKind::kInvalidInput, header.node.ToString() + " does not exist in its round");
     if (open->leases.Covered(header.node)) {
       open->leases.Release(header.lease);
       return ContributionOutcome::kCovered;
@@ -199,7 +205,8 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
   // Step 2: decode and merge, beside everything else.
   const std::string what = "the contribution of " + header.node.ToString();
   const Bytes bytes = Decompress(compressed, what, header.size);
-  if (bytes.size() != header.size || Sha256(bytes) != header.hash) throw Error(ErrorKind::kCorrupt, what + " came damaged: its hash is another");
+  if (bytes.size() != header.size || Sha256(bytes) != header.hash)
+    throw Error(ErrorKind::kCorrupt, what + " came damaged: its hash is another");
   Contribution contribution = ParseContribution(run->method, open->state, run->grid, open->round, header.node, bytes);
   RoundReduction::Outcome outcome;
   {
@@ -218,7 +225,8 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
     const double speed = header.seconds / units;
     auto [own, first] = run->seconds_per_unit.emplace(header.worker, speed);
     if (!first) own->second = 0.7 * own->second + 0.3 * speed;
-    run->mean_seconds_per_unit = run->mean_seconds_per_unit > 0 ? 0.8 * run->mean_seconds_per_unit + 0.2 * speed : speed;
+    run->mean_seconds_per_unit =
+        run->mean_seconds_per_unit > 0 ? 0.8 * run->mean_seconds_per_unit + 0.2 * speed : speed;
     if (auto it = workers_.find(header.worker); it != workers_.end()) {
       it->second.units += units;
       it->second.seconds += header.seconds;
@@ -227,7 +235,8 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
   run->bytes_per_unit = 0.8 * run->bytes_per_unit + 0.2 * static_cast<double>(bytes.size()) / units;
   if (open->leases.complete()) changed_.notify_all();
   Pump(&deferred);
-  return outcome == RoundReduction::Outcome::kCommitted ? ContributionOutcome::kCommitted : ContributionOutcome::kCovered;
+  return outcome == RoundReduction::Outcome::kCommitted ? ContributionOutcome::kCommitted
+                                                        : ContributionOutcome::kCovered;
 }
 
 void Farm::SubmitSurvey(const SurveyResult& result) {
@@ -239,7 +248,8 @@ void Farm::SubmitSurvey(const SurveyResult& result) {
     fingerprint = worker.info.Fingerprint();
     job = &Need(result.job);
     job->surveys.erase(result.lease);
-    if (job->stored.phase != JobPhase::kQueued || !job->stored.survey.empty() || job->cancelled) return;  // another was first
+    if (job->stored.phase != JobPhase::kQueued || !job->stored.survey.empty() || job->cancelled)
+      return;  // another was first
     for (const auto& line : result.log) job->Log(worker.info.name + ": " + line);
     if (!result.scene_error.empty()) job->Log(worker.info.name + ": " + result.scene_error);
   }
@@ -273,16 +283,20 @@ void Farm::FailRunning(Job& job, const std::string& why, Deferred* deferred) {
 }
 
 void Farm::CountLoss(Job& job, const WorkerId& worker, Deferred* deferred) {
-  // Losses within one lease's duration are one event (a switch, a power cut), and no scene's fault where no worker is left.
+  // Losses within one lease's duration are one event (a switch, a power cut), and no scene's fault where no worker is
+  // left.
   const auto now = clock_.Now();
   if (workers_.empty() || (!job.lost.empty() && now - job.last_loss < options_.leases.duration)) return;
   job.lost.insert(worker);
   job.last_loss = now;
   const auto known = workers_.find(worker);
-  job.Log("lost " + worker.value + (known != workers_.end() ? " (" + known->second.info.name + ")" : "") + " while it worked on this job");
+  job.Log("lost " + worker.value + (known != workers_.end() ? " (" + known->second.info.name + ")" : "") +
+          " while it worked on this job");
   if (job.lost.size() < static_cast<size_t>(options_.strikes) || !job.failure.empty()) return;
   FailRunning(job,
-              std::to_string(job.lost.size()) + " workers were lost on this job and nothing was finished in between: its scene may need more memory than they have; see their logs, " +
+              std::to_string(job.lost.size()) +
+                  " workers were lost on this job and nothing was finished in between: its scene may need more memory "
+                  "than they have; see their logs, " +
                   "and submit it again to other machines",
               deferred);
 }
@@ -315,7 +329,8 @@ void Farm::ReportFailure(const UnitFailure& failure) {
   if (ended) EndJob(*ended, JobPhase::kFailed, ended->failure);
 }
 
-// ---- time ------------------------------------------------------------------------------------------------------------------------------------
+// ---- time
+// ------------------------------------------------------------------------------------------------------------------------------------
 
 void Farm::Tick(Deferred* deferred) {
   const auto now = clock_.Now();
@@ -344,7 +359,8 @@ void Farm::Tick(Deferred* deferred) {
   // Step 2: workers that are gone.
   for (auto it = workers_.begin(); it != workers_.end();) {
     if (now - it->second.seen > 2 * options_.leases.duration) {
-      spdlog::warn("{} ({}) has not been heard of for {:.0f} s: given up", it->first.value, it->second.info.name, Seconds(now - it->second.seen));
+      spdlog::warn("{} ({}) has not been heard of for {:.0f} s: given up", it->first.value, it->second.info.name,
+                   Seconds(now - it->second.seen));
       it = workers_.erase(it);
     } else {
       ++it;

@@ -1,4 +1,5 @@
-// An image as the bytes that GetImage streams and the store keeps: width, height, then (r, g, b, variance) floats, rows from the top.
+// An image as the bytes that GetImage streams and the store keeps: width, height, then (r, g, b, variance) floats, rows
+// from the top.
 #pragma once
 
 #include "core/film/film.h"

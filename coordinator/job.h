@@ -19,12 +19,17 @@ namespace lodestar {
 
 // A round that is being leased out: what is merged of it, and who should work on the rest.
 struct OpenRound {
-  OpenRound(std::shared_ptr<const State> of, ContentHash hash, const Round& r, const LeaseTable::Options& options, const Clock& clock)
-      : round(r), state(std::move(of)), state_hash(std::move(hash)), reduction(r.unit_count), leases(r.unit_count, options, clock) {}
+  OpenRound(std::shared_ptr<const State> of, ContentHash hash, const Round& r, const LeaseTable::Options& options,
+            const Clock& clock)
+      : round(r),
+        state(std::move(of)),
+        state_hash(std::move(hash)),
+        reduction(r.unit_count),
+        leases(r.unit_count, options, clock) {}
   const Round round;
   const std::shared_ptr<const State> state;
   const ContentHash state_hash;
-  std::mutex merge;            // guards `reduction`; taken without the farm's mutex, so that merging blocks nobody
+  std::mutex merge;  // guards `reduction`; taken without the farm's mutex, so that merging blocks nobody
   RoundReduction reduction;
   LeaseTable leases;
 };
@@ -36,9 +41,9 @@ struct JobRun {
   const TileGrid grid;
   std::shared_ptr<const State> state;
   ContentHash state_hash;
-  std::shared_ptr<const Bytes> state_compressed;      // as it is sent
-  std::vector<std::shared_ptr<OpenRound>> open;       // the round under way, and the announced one that may follow it
-  std::map<WorkerId, double> seconds_per_unit;        // for lease sizes only
+  std::shared_ptr<const Bytes> state_compressed;  // as it is sent
+  std::vector<std::shared_ptr<OpenRound>> open;   // the round under way, and the announced one that may follow it
+  std::map<WorkerId, double> seconds_per_unit;    // for lease sizes only
   double mean_seconds_per_unit = 0;
   double bytes_per_unit = 0;
 };
@@ -56,8 +61,8 @@ struct Job {
   std::deque<std::string> log;
 
   std::map<LeaseId, SurveyLease> surveys;
-  std::set<WorkerId> asked;              // to survey
-  std::set<WorkerId> lost;               // workers lost on it since something was last committed
+  std::set<WorkerId> asked;  // to survey
+  std::set<WorkerId> lost;   // workers lost on it since something was last committed
   Clock::Duration last_loss{};
 
   std::shared_ptr<JobRun> run;
@@ -65,7 +70,7 @@ struct Job {
   bool driving = false, driven = false;  // now; at some time in this process
   StopToken stop;
   bool cancelled = false;
-  std::string failure;                   // set by others than the driver, which then ends
+  std::string failure;  // set by others than the driver, which then ends
 
   // A client wants to see; answered at the next round's edge.
   bool snapshot_wanted = false;

@@ -7,11 +7,13 @@ namespace lodestar {
 namespace {
 
 constexpr const char* kColumns =
-    "number, client_token, name, priority, phase, submitted, description, survey, fingerprint, checkpoint, image, report, error, log, progress";
+    "number, client_token, name, priority, phase, submitted, description, survey, fingerprint, checkpoint, image, "
+    "report, error, log, progress";
 
 // An ended job keeps its description, its image and its last checkpoint.
 constexpr const char* kUnneeded =
-    "hash NOT IN (SELECT hash FROM needs) AND hash NOT IN (SELECT image FROM jobs) AND hash NOT IN (SELECT checkpoint FROM jobs) AND "
+    "hash NOT IN (SELECT hash FROM needs) AND hash NOT IN (SELECT image FROM jobs) AND hash NOT IN (SELECT checkpoint "
+    "FROM jobs) AND "
     "hash NOT IN (SELECT description FROM jobs)";
 
 constexpr const char* kSchema = R"(
@@ -90,8 +92,9 @@ void JobStore::Open(const std::filesystem::path& file) {
     Statement schema(*database_, "SELECT value FROM meta WHERE key = 'schema'");
     const int64_t version = schema.Step() ? schema.Integer(0) : 0;
     if (version != kSchemaVersion) {
-      throw Error(ErrorKind::kConflict, file.string() + " has schema version " + std::to_string(version) + ", this coordinator reads version " +
-                                            std::to_string(kSchemaVersion) + ": start the release that wrote it, or take another --store");
+      throw Error(ErrorKind::kConflict, file.string() + " has schema version " + std::to_string(version) +
+                                            ", this coordinator reads version " + std::to_string(kSchemaVersion) +
+                                            ": start the release that wrote it, or take another --store");
     }
     Statement(*database_, "UPDATE meta SET value = value + 1 WHERE key = 'epoch'").Run();
     Statement epoch(*database_, "SELECT value FROM meta WHERE key = 'epoch'");
@@ -105,8 +108,9 @@ void JobStore::Write(const std::function<void()>& body) {
     Statement epoch(*database_, "SELECT value FROM meta WHERE key = 'epoch'");
     epoch.Step();
     if (static_cast<uint64_t>(epoch.Integer(0)) != epoch_) {
-      throw Error(ErrorKind::kConflict, "another coordinator (epoch " + std::to_string(epoch.Integer(0)) + ") has taken over this store from epoch " +
-                                            std::to_string(epoch_) + ": this one must end");
+      throw Error(ErrorKind::kConflict, "another coordinator (epoch " + std::to_string(epoch.Integer(0)) +
+                                            ") has taken over this store from epoch " + std::to_string(epoch_) +
+                                            ": this one must end");
     }
     body();
   });
@@ -149,11 +153,19 @@ StoredJob JobStore::Insert(const StoredJob& job, const std::vector<ContentHash>&
         if (!there.Bind(asset.hex).Step() && ++count <= 3) missing += " " + asset.hex;
       }
       if (count > 0) {
-        throw Error(ErrorKind::kConflict, std::to_string(count) + " files of the scene were not uploaded, or were collected since:" + missing +
-                                              (count > 3 ? " ..." : "") + "; upload them and submit again");
+        throw Error(ErrorKind::kConflict, std::to_string(count) +
+                                              " files of the scene were not uploaded, or were collected since:" +
+                                              missing + (count > 3 ? " ..." : "") + "; upload them and submit again");
       }
-      Statement insert(*database_, std::string("INSERT INTO jobs (") + kColumns + ") VALUES (NULL, ?, ?, ?, ?, ?, ?, x'', '', '', '', '', '', '', x'')");
-      insert.Bind(job.client_token).Bind(job.name).Bind(job.priority).Bind(static_cast<int64_t>(job.phase)).Bind(job.submitted_unix_ms).Bind(job.description.hex).Run();
+      Statement insert(*database_, std::string("INSERT INTO jobs (") + kColumns +
+                                       ") VALUES (NULL, ?, ?, ?, ?, ?, ?, x'', '', '', '', '', '', '', x'')");
+      insert.Bind(job.client_token)
+          .Bind(job.name)
+          .Bind(job.priority)
+          .Bind(static_cast<int64_t>(job.phase))
+          .Bind(job.submitted_unix_ms)
+          .Bind(job.description.hex)
+          .Run();
       stored.number = database_->LastRowId();
       for (const auto& asset : assets) {
         Statement(*database_, "INSERT OR IGNORE INTO needs VALUES (?, ?)").Bind(stored.number).Bind(asset.hex).Run();
@@ -168,7 +180,8 @@ void JobStore::Update(const StoredJob& job) {
   Run([&] {
     Write([&] {
       Statement(*database_,
-                "UPDATE jobs SET phase = ?, survey = ?, fingerprint = ?, checkpoint = ?, image = ?, report = ?, error = ?, log = ?, progress = ? WHERE number = ?")
+                "UPDATE jobs SET phase = ?, survey = ?, fingerprint = ?, checkpoint = ?, image = ?, report = ?, error "
+                "= ?, log = ?, progress = ? WHERE number = ?")
           .Bind(static_cast<int64_t>(job.phase))
           .BindBlob(job.survey)
           .Bind(job.fingerprint)
@@ -228,8 +241,7 @@ std::vector<ContentHash> JobStore::CollectBlobs(int64_t before_unix_ms) {
   return Run([&] {
     std::vector<ContentHash> gone;
     Write([&] {
-      Statement rows(*database_,
-                     std::string("DELETE FROM blobs WHERE used < ? AND ") + kUnneeded + " RETURNING hash");
+      Statement rows(*database_, std::string("DELETE FROM blobs WHERE used < ? AND ") + kUnneeded + " RETURNING hash");
       rows.Bind(before_unix_ms);
       while (rows.Step()) gone.push_back({rows.Text(0)});
     });

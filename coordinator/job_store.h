@@ -1,8 +1,8 @@
-// What must survive the coordinator: jobs, and which blobs there are. SQLite, one connection, owned by one thread of this class; every method
-// may be called from any thread and blocks until its transaction is on disk.
+// What must survive the coordinator: jobs, and which blobs there are. SQLite, one connection, owned by one thread of
+// this class; every method may be called from any thread and blocks until its transaction is on disk.
 //
-// The store carries an epoch, raised by each coordinator that opens it. A transaction of an older epoch is refused with Error(kConflict), so that
-// a coordinator that was taken for dead cannot write beside its successor.
+// The store carries an epoch, raised by each coordinator that opens it. A transaction of an older epoch is refused with
+// Error(kConflict), so that a coordinator that was taken for dead cannot write beside its successor.
 #pragma once
 
 #include <condition_variable>
@@ -20,17 +20,17 @@
 namespace lodestar {
 
 struct StoredJob {
-  int64_t number = 0;         // assigned by Insert
+  int64_t number = 0;  // assigned by Insert
   std::string client_token, name;
   int priority = 0;
   JobPhase phase = JobPhase::kQueued;
   int64_t submitted_unix_ms = 0;
-  ContentHash description;    // blob: JobDescription
-  Bytes survey;               // empty: not surveyed yet
-  std::string fingerprint;    // of the workers it runs on, from its survey on
+  ContentHash description;        // blob: JobDescription
+  Bytes survey;                   // empty: not surveyed yet
+  std::string fingerprint;        // of the workers it runs on, from its survey on
   ContentHash checkpoint, image;  // blobs; empty: none
   std::string report, error, log;
-  Bytes progress;             // JobStatus's figures, for lists after a restart
+  Bytes progress;  // JobStatus's figures, for lists after a restart
   JobId id() const { return {"job-" + std::to_string(number)}; }
 };
 
@@ -42,7 +42,8 @@ class JobStore {
   ~JobStore();
 
   uint64_t epoch() const { return epoch_; }
-  // Existing job with this client token, or the new one; `assets` must all be there, else Error(kConflict) naming the first missing ones.
+  // Existing job with this client token, or the new one; `assets` must all be there, else Error(kConflict) naming the
+  // first missing ones.
   StoredJob Insert(const StoredJob& job, const std::vector<ContentHash>& assets);
   void Update(const StoredJob& job);
   std::vector<StoredJob> Jobs();  // by number
@@ -50,7 +51,8 @@ class JobStore {
   void AddBlob(const ContentHash& hash, uint64_t size, int64_t now_unix_ms);
   // Those that are there; they count as used at `now_unix_ms`.
   std::vector<ContentHash> HaveBlobs(const std::vector<ContentHash>& hashes, int64_t now_unix_ms);
-  // Forgets blobs that no job needs and that nobody has asked for since `before_unix_ms`; the caller removes their files.
+  // Forgets blobs that no job needs and that nobody has asked for since `before_unix_ms`; the caller removes their
+  // files.
   std::vector<ContentHash> CollectBlobs(int64_t before_unix_ms);
   // Forgets one blob where no job needs it; true if so.
   bool DropBlob(const ContentHash& hash);

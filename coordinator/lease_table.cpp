@@ -56,7 +56,9 @@ std::optional<LeaseEntry> LeaseTable::Grant(LeaseId id, const WorkerId& worker, 
   while (!units_[lowest_free_].free()) ++lowest_free_;
   while (units_[lowest_uncovered_].covered) ++lowest_uncovered_;
   if (lowest_free_ - lowest_uncovered_ >= options_.window) return std::nullopt;
-  if (leased_units_ > 0 && static_cast<double>(leased_units_ + 1) * bytes_per_unit_ > static_cast<double>(options_.byte_budget)) return std::nullopt;
+  if (leased_units_ > 0 &&
+      static_cast<double>(leased_units_ + 1) * bytes_per_unit_ > static_cast<double>(options_.byte_budget))
+    return std::nullopt;
   // Step 2: the largest aligned block from there on that is free and not too large.
   TreeNode node{0, lowest_free_};
   const uint32_t top = TreeNode::Root(unit_count()).level;
@@ -65,7 +67,8 @@ std::optional<LeaseEntry> LeaseTable::Grant(LeaseId id, const WorkerId& worker, 
     if (parent.end(unit_count()) == node.end(unit_count())) break;  // the same units under a larger name
     if (parent.end(unit_count()) - parent.first() > max_units) break;
     bool all_free = true;
-    for (uint32_t u = node.end(unit_count()); u < parent.end(unit_count()) && all_free; ++u) all_free = units_[u].free();
+    for (uint32_t u = node.end(unit_count()); u < parent.end(unit_count()) && all_free; ++u)
+      all_free = units_[u].free();
     if (!all_free) break;
     node = parent;
   }
@@ -80,7 +83,9 @@ std::optional<LeaseEntry> LeaseTable::GrantCopy(LeaseId id, const WorkerId& work
   for (const auto& [other, lease] : leases_) {
     if (lease.worker == worker) continue;
     const uint32_t count = lease.node.end(unit_count()) - lease.node.first();
-    const double allowed = seconds_per_unit > 0 ? options_.straggler_factor * seconds_per_unit * count + Seconds(options_.straggler_grace) : Seconds(options_.unknown_grace);
+    const double allowed =
+        seconds_per_unit > 0 ? options_.straggler_factor * seconds_per_unit * count + Seconds(options_.straggler_grace)
+                             : Seconds(options_.unknown_grace);
     const double late = Seconds(now - lease.granted) - allowed;
     if (late < 0 || (best && late <= best_late)) continue;
     // Step 2: its upper half first (its holder may be through with the lower one), then the lower.
@@ -150,7 +155,8 @@ bool LeaseTable::Covered(TreeNode node) const {
   return true;
 }
 
-uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers, double seconds_per_unit, bool more_follows) {
+uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers,
+                    double seconds_per_unit, bool more_follows) {
   workers = std::max(workers, 1u);
   double units = static_cast<double>(unit_count) / (6.0 * workers);
   if (!more_follows) units = std::min(units, static_cast<double>(free_units) / (3.0 * workers));

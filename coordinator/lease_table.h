@@ -1,5 +1,5 @@
-// Who should work on which nodes of one round. Pure: time comes from a clock, nothing blocks, nothing is sent. A lease decides who should work,
-// never who may answer. Not thread-safe.
+// Who should work on which nodes of one round. Pure: time comes from a clock, nothing blocks, nothing is sent. A lease
+// decides who should work, never who may answer. Not thread-safe.
 //
 //   free --Grant--> leased --Commit--> covered
 //                     |  '--Release, Expire--> free
@@ -28,11 +28,13 @@ class LeaseTable {
  public:
   struct Options {
     Clock::Duration duration = std::chrono::seconds(10);
-    // Fresh leases start less than this many units above the lowest unit that is not covered, so that early results stay few.
+    // Fresh leases start less than this many units above the lowest unit that is not covered, so that early results
+    // stay few.
     uint32_t window = 1 << 14;
     // Leases beyond this many bytes of expected results wait (0 bytes a unit: unknown).
     uint64_t byte_budget = uint64_t{1} << 30;
-    // A lease is a straggler at `straggler_factor` times its expected time plus the grace; with no expectation, after `unknown_grace`.
+    // A lease is a straggler at `straggler_factor` times its expected time plus the grace; with no expectation, after
+    // `unknown_grace`.
     double straggler_factor = 3;
     Clock::Duration straggler_grace = std::chrono::milliseconds(250), unknown_grace = std::chrono::seconds(2);
     uint32_t max_copies = 2;  // of one unit, the first included
@@ -79,11 +81,12 @@ class LeaseTable {
   std::map<LeaseId, LeaseEntry> leases_;
 };
 
-// How many units a fresh lease should have at most. Each worker gets about six leases a round, fewer units toward its end unless more work
-// follows at once; between `shortest` and `longest` of expected time. For scheduling only.
+// How many units a fresh lease should have at most. Each worker gets about six leases a round, fewer units toward its
+// end unless more work follows at once; between `shortest` and `longest` of expected time. For scheduling only.
 struct LeaseSizing {
   double shortest = 0.02, longest = 2;
 };
-uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers, double seconds_per_unit, bool more_follows);
+uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers,
+                    double seconds_per_unit, bool more_follows);
 
 }  // namespace lodestar

@@ -18,7 +18,8 @@ namespace {
 }  // namespace
 
 Database::Database(const std::filesystem::path& file) {
-  if (sqlite3_open_v2(file.c_str(), &handle_, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX, nullptr) != SQLITE_OK) {
+  if (sqlite3_open_v2(file.c_str(), &handle_, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX,
+                      nullptr) != SQLITE_OK) {
     try {
       Fail(handle_, "opening " + file.string());
     } catch (...) {
@@ -61,7 +62,8 @@ int64_t Database::LastRowId() const {
 }
 
 Statement::Statement(Database& database, std::string_view sql) : database_(database) {
-  if (sqlite3_prepare_v2(database.handle(), sql.data(), static_cast<int>(sql.size()), &statement_, nullptr) != SQLITE_OK) {
+  if (sqlite3_prepare_v2(database.handle(), sql.data(), static_cast<int>(sql.size()), &statement_, nullptr) !=
+      SQLITE_OK) {
     Fail(database.handle(), "preparing " + std::string(sql));
   }
 }
@@ -74,21 +76,27 @@ Statement& Statement::Bind(int64_t value) {
   return *this;
 }
 Statement& Statement::Bind(std::string_view value) {
-  if (sqlite3_bind_text64(statement_, ++bound_, value.data() ? value.data() : "", value.size(), SQLITE_TRANSIENT, SQLITE_UTF8) != SQLITE_OK) {
+  if (sqlite3_bind_text64(statement_, ++bound_, value.data() ? value.data() : "", value.size(), SQLITE_TRANSIENT,
+                          SQLITE_UTF8) != SQLITE_OK) {
     Fail(database_.handle(), "binding a text");
   }
   return *this;
 }
 Statement& Statement::BindBlob(std::string_view value) {
-  if (sqlite3_bind_blob64(statement_, ++bound_, value.data() ? value.data() : "", value.size(), SQLITE_TRANSIENT) != SQLITE_OK) Fail(database_.handle(), "binding bytes");
+  if (sqlite3_bind_blob64(statement_, ++bound_, value.data() ? value.data() : "", value.size(), SQLITE_TRANSIENT) !=
+      SQLITE_OK)
+    Fail(database_.handle(), "binding bytes");
   return *this;
 }
 
 bool Statement::Step() {
   switch (sqlite3_step(statement_)) {
-    case SQLITE_ROW: return true;
-    case SQLITE_DONE: return false;
-    default: Fail(database_.handle(), sqlite3_sql(statement_));
+    case SQLITE_ROW:
+      return true;
+    case SQLITE_DONE:
+      return false;
+    default:
+      Fail(database_.handle(), sqlite3_sql(statement_));
   }
 }
 
@@ -97,7 +105,9 @@ int64_t Statement::Integer(int column) const {
 }
 std::string Statement::Text(int column) const {
   const void* data = sqlite3_column_blob(statement_, column);
-  return data ? std::string(static_cast<const char*>(data), static_cast<size_t>(sqlite3_column_bytes(statement_, column))) : std::string();
+  return data ? std::string(static_cast<const char*>(data),
+                            static_cast<size_t>(sqlite3_column_bytes(statement_, column)))
+              : std::string();
 }
 
 }  // namespace lodestar

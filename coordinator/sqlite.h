@@ -36,7 +36,7 @@ class Statement {
   Statement(const Statement&) = delete;
   Statement& operator=(const Statement&) = delete;
   Statement& Bind(int64_t value);
-  Statement& Bind(std::string_view value);      // text
+  Statement& Bind(std::string_view value);  // text
   Statement& BindBlob(std::string_view value);
   // False when there is no further row.
   bool Step();

@@ -13,13 +13,15 @@ SceneBundle BundleScene(const std::vector<std::string>& files) {
   std::vector<fs::path> paths;
   for (const auto& file : files) {
     auto path = fs::absolute(file).lexically_normal();
-    if (!fs::is_regular_file(path)) throw Error(ErrorKind::kNotFound, path.string() + ", which the scene names, is not a file");
+    if (!fs::is_regular_file(path))
+      throw Error(ErrorKind::kNotFound, path.string() + ", which the scene names, is not a file");
     paths.push_back(std::move(path));
   }
   // Step 2: the deepest folder that holds all of them.
   fs::path root = paths.front().parent_path();
   for (const auto& path : paths) {
-    while (std::mismatch(root.begin(), root.end(), path.begin(), path.end()).first != root.end()) root = root.parent_path();
+    while (std::mismatch(root.begin(), root.end(), path.begin(), path.end()).first != root.end())
+      root = root.parent_path();
   }
   // Step 3: names relative to it.
   SceneBundle bundle;

@@ -11,7 +11,8 @@
 namespace lodestar {
 
 std::shared_ptr<grpc::Channel> OpenChannel(const std::string& address) {
-  // Between blocking calls nobody polls a channel but this timer of gRPC's, so that at its default of 5 s a reconnection is noticed that late.
+  // Between blocking calls nobody polls a channel but this timer of gRPC's, so that at its default of 5 s a
+  // reconnection is noticed that late.
   static const int quick = setenv("GRPC_CLIENT_CHANNEL_BACKUP_POLL_INTERVAL_MS", "50", 0);
   (void)quick;
   grpc::ChannelArguments arguments;
@@ -20,7 +21,8 @@ std::shared_ptr<grpc::Channel> OpenChannel(const std::string& address) {
   arguments.SetInt(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 5000);  // despite its name: the time a connection attempt may take
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS,
+                   5000);  // despite its name: the time a connection attempt may take
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetMaxReceiveMessageSize(static_cast<int>(kMaxMessageBytes));
@@ -30,7 +32,9 @@ std::shared_ptr<grpc::Channel> OpenChannel(const std::string& address) {
 
 void PrepareContext(grpc::ClientContext* context, Clock::Duration deadline) {
   context->AddMetadata(kProtocolKey, std::to_string(kProtocolVersion));
-  if (deadline.count() > 0) context->set_deadline(std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::microseconds>(deadline));
+  if (deadline.count() > 0)
+    context->set_deadline(std::chrono::system_clock::now() +
+                          std::chrono::duration_cast<std::chrono::microseconds>(deadline));
 }
 
 }  // namespace lodestar

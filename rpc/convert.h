@@ -1,4 +1,5 @@
-// All conversion between the protocol's messages and the plain types. From a message: throws Error(kInvalidInput) for what cannot be represented.
+// All conversion between the protocol's messages and the plain types. From a message: throws Error(kInvalidInput) for
+// what cannot be represented.
 #pragma once
 
 #include "lodestar/v1/contribution.pb.h"
@@ -35,7 +36,8 @@ WorkerInfo FromProto(const v1::RegisterRequest& message);
 SurveyResult FromProto(const v1::SubmitSurveyRequest& message);
 UnitFailure FromProto(const v1::ReportFailureRequest& message);
 
-// Throws Error(kInvalidInput) naming the first field, at any depth, that this build does not know: a newer peer must not be half understood.
+// Throws Error(kInvalidInput) naming the first field, at any depth, that this build does not know: a newer peer must
+// not be half understood.
 void RefuseUnknownFields(const google::protobuf::Message& message);
 
 }  // namespace lodestar

@@ -6,7 +6,8 @@
 namespace lodestar {
 namespace {
 void RefuseNegative(double value, const char* what) {
-  if (!(value >= 0) || std::isinf(value)) throw Error(ErrorKind::kInvalidInput, std::string(what) + " must be a finite number of at least 0");
+  if (!(value >= 0) || std::isinf(value))
+    throw Error(ErrorKind::kInvalidInput, std::string(what) + " must be a finite number of at least 0");
 }
 }  // namespace
 
@@ -43,10 +44,14 @@ JobSpec FromProto(const v1::JobSpec& message) {
   spec.lenient = message.lenient();
   RefuseNegative(spec.budget.seconds, "the time budget");
   RefuseNegative(spec.budget.error, "the error budget");
-  if (spec.max_depth < 0 || spec.max_depth > 100000) throw Error(ErrorKind::kInvalidInput, "the maximum depth must be 0 (the scene's) to 100000");
-  if (spec.training_iterations < -1) throw Error(ErrorKind::kInvalidInput, "training iterations must be -1 (decided by the method) or more");
-  if ((spec.resolution_x == 0) != (spec.resolution_y == 0)) throw Error(ErrorKind::kInvalidInput, "a resolution needs both width and height");
-  if (spec.resolution_x > 65536 || spec.resolution_y > 65536) throw Error(ErrorKind::kInvalidInput, "a resolution of at most 65536 x 65536 is taken");
+  if (spec.max_depth < 0 || spec.max_depth > 100000)
+    throw Error(ErrorKind::kInvalidInput, "the maximum depth must be 0 (the scene's) to 100000");
+  if (spec.training_iterations < -1)
+    throw Error(ErrorKind::kInvalidInput, "training iterations must be -1 (decided by the method) or more");
+  if ((spec.resolution_x == 0) != (spec.resolution_y == 0))
+    throw Error(ErrorKind::kInvalidInput, "a resolution needs both width and height");
+  if (spec.resolution_x > 65536 || spec.resolution_y > 65536)
+    throw Error(ErrorKind::kInvalidInput, "a resolution of at most 65536 x 65536 is taken");
   return spec;
 }
 
@@ -93,7 +98,8 @@ JobSubmission FromProto(const v1::JobSubmission& message) {
   submission.client_token = message.client_token();
   if (submission.name.size() > 256) throw Error(ErrorKind::kInvalidInput, "a job's name has at most 256 bytes");
   if (submission.client_token.empty() || submission.client_token.size() > 128) {
-    throw Error(ErrorKind::kInvalidInput, "a submission needs a client_token of 1 to 128 bytes, so that repeating it makes no second job");
+    throw Error(ErrorKind::kInvalidInput,
+                "a submission needs a client_token of 1 to 128 bytes, so that repeating it makes no second job");
   }
   return submission;
 }
@@ -125,7 +131,8 @@ v1::JobStatus ToProto(const JobStatus& s) {
 
 JobStatus FromProto(const v1::JobStatus& m) {
   if (m.phase() < v1::JOB_PHASE_QUEUED || m.phase() > v1::JOB_PHASE_CANCELLED) {
-    throw Error(ErrorKind::kInvalidInput, "job " + m.id() + " is in a phase this client does not know: install the coordinator's release");
+    throw Error(ErrorKind::kInvalidInput,
+                "job " + m.id() + " is in a phase this client does not know: install the coordinator's release");
   }
   JobStatus s;
   s.id.value = m.id();
@@ -165,7 +172,8 @@ v1::WorkerStatus ToProto(const WorkerStatus& s) {
 }
 
 WorkerStatus FromProto(const v1::WorkerStatus& m) {
-  return {{m.id()}, m.name(), m.threads(), m.fingerprint(), m.leases(), m.units(), m.units_per_second(), m.seconds_since_seen()};
+  return {{m.id()},   m.name(),  m.threads(),          m.fingerprint(),
+          m.leases(), m.units(), m.units_per_second(), m.seconds_since_seen()};
 }
 
 }  // namespace lodestar

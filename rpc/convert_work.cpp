@@ -43,7 +43,8 @@ v1::TreeNode ToProto(TreeNode node) {
 }
 TreeNode FromProto(const v1::TreeNode& m) {
   // Shifts stay defined and blocks inside 32 bits whatever a peer sends.
-  if (m.level() > 31 || (uint64_t{m.index()} << m.level()) > 0xffffffffu) Refuse("a tree node outside the range of units");
+  if (m.level() > 31 || (uint64_t{m.index()} << m.level()) > 0xffffffffu)
+    Refuse("a tree node outside the range of units");
   return {m.level(), m.index()};
 }
 
@@ -72,10 +73,13 @@ LeasedUnit FromProto(const v1::Lease& m) {
   lease.duration = std::chrono::milliseconds(m.duration_ms());
   switch (m.unit_case()) {
     case v1::Lease::kRender:
-      lease.render = RenderUnit{FromProto(m.render().round()), FromProto(m.render().node()), Hash(m.render().state_sha256(), "a lease's state"), m.render().survey()};
+      lease.render = RenderUnit{FromProto(m.render().round()), FromProto(m.render().node()),
+                                Hash(m.render().state_sha256(), "a lease's state"), m.render().survey()};
       break;
-    case v1::Lease::kSurvey: break;
-    default: Refuse("a lease without a unit this worker knows: install the coordinator's release");
+    case v1::Lease::kSurvey:
+      break;
+    default:
+      Refuse("a lease without a unit this worker knows: install the coordinator's release");
   }
   return lease;
 }
@@ -104,7 +108,9 @@ ContributionHeader FromProto(const v1::ContributionHeader& m) {
   h.hash = Hash(m.sha256(), "a contribution's hash");
   h.size = m.size();
   h.seconds = std::isfinite(m.seconds()) && m.seconds() > 0 ? m.seconds() : 0;
-  if (h.size > kMaxContributionBytes) Refuse("a contribution of " + std::to_string(h.size) + " bytes; at most " + std::to_string(kMaxContributionBytes) + " are taken");
+  if (h.size > kMaxContributionBytes)
+    Refuse("a contribution of " + std::to_string(h.size) + " bytes; at most " + std::to_string(kMaxContributionBytes) +
+           " are taken");
   return h;
 }
 
@@ -118,7 +124,8 @@ v1::RegisterRequest ToProto(const WorkerInfo& info) {
   return m;
 }
 WorkerInfo FromProto(const v1::RegisterRequest& m) {
-  if (m.build_id().size() > 256 || m.canary().size() > 256 || m.name().size() > 256) Refuse("a worker's name, build id and canary have at most 256 bytes each");
+  if (m.build_id().size() > 256 || m.canary().size() > 256 || m.name().size() > 256)
+    Refuse("a worker's name, build id and canary have at most 256 bytes each");
   return {m.protocol_version(), m.build_id(), m.canary(), m.name(), m.threads()};
 }
 
@@ -160,7 +167,8 @@ v1::ReportFailureRequest ToProto(const UnitFailure& f) {
   return m;
 }
 UnitFailure FromProto(const v1::ReportFailureRequest& m) {
-  if (m.kind() < v1::ReportFailureRequest::KIND_RETURNED || m.kind() > v1::ReportFailureRequest::KIND_WORKER) Refuse("a failure of an unknown kind");
+  if (m.kind() < v1::ReportFailureRequest::KIND_RETURNED || m.kind() > v1::ReportFailureRequest::KIND_WORKER)
+    Refuse("a failure of an unknown kind");
   UnitFailure f;
   f.kind = static_cast<UnitFailure::Kind>(m.kind());
   f.worker.value = m.worker_id();
@@ -181,9 +189,12 @@ void RefuseUnknownFields(const google::protobuf::Message& message) {
   reflection->ListFields(message, &fields);
   for (const auto* field : fields) {
     if (field->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) continue;
-    if (field->is_map() && field->message_type()->map_value()->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) continue;
+    if (field->is_map() &&
+        field->message_type()->map_value()->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE)
+      continue;
     if (field->is_repeated()) {
-      for (int i = 0; i < reflection->FieldSize(message, field); ++i) RefuseUnknownFields(reflection->GetRepeatedMessage(message, field, i));
+      for (int i = 0; i < reflection->FieldSize(message, field); ++i)
+        RefuseUnknownFields(reflection->GetRepeatedMessage(message, field, i));
     } else {
       RefuseUnknownFields(reflection->GetMessage(message, field));
     }

@@ -24,7 +24,8 @@ struct FarmClient::Impl {
   std::unique_ptr<v1::Farm::Stub> stub;
 
   // Repeats an idempotent call until it is answered or the time is over.
-  void Call(const std::function<grpc::Status(grpc::ClientContext*)>& call, Clock::Duration deadline = seconds(10)) const {
+  void Call(const std::function<grpc::Status(grpc::ClientContext*)>& call,
+            Clock::Duration deadline = seconds(10)) const {
     const Clock::Duration limit(static_cast<int64_t>(options.retry_seconds * 1e9));
     Retry(Idempotency::kIdempotent, limit, Clock::Steady(), Sleeper::Real(), Backoff(), nullptr, [&] {
       grpc::ClientContext context;
@@ -61,10 +62,12 @@ struct FarmClient::Impl {
   }
 };
 
-FarmClient::FarmClient(const std::string& address, const Options& options) : impl_(new Impl{address, options, v1::Farm::NewStub(OpenChannel(address))}) {}
+FarmClient::FarmClient(const std::string& address, const Options& options)
+    : impl_(new Impl{address, options, v1::Farm::NewStub(OpenChannel(address))}) {}
 FarmClient::~FarmClient() = default;
 
-SceneManifest FarmClient::Upload(const SceneBundle& bundle, const std::function<void(const UploadProgress&)>& progress) {
+SceneManifest FarmClient::Upload(const SceneBundle& bundle,
+                                 const std::function<void(const UploadProgress&)>& progress) {
   // Step 1: hash.
   SceneManifest manifest;
   manifest.main = bundle.main;
@@ -134,7 +137,8 @@ std::vector<JobStatus> FarmClient::ListJobs() {
   return jobs;
 }
 
-JobStatus FarmClient::Watch(const JobId& id, const std::function<bool(const JobStatus&)>& callback, const StopToken* stop) {
+JobStatus FarmClient::Watch(const JobId& id, const std::function<bool(const JobStatus&)>& callback,
+                            const StopToken* stop) {
   v1::WatchJobRequest request;
   request.set_job_id(id.value);
   JobStatus last;
@@ -186,7 +190,8 @@ Image FarmClient::GetImage(const JobId& id) {
       },
       seconds(60));
   const size_t count = size_t{image.width} * image.height;
-  if (data.size() != count * 16) throw Error(ErrorKind::kCorrupt, "the coordinator sent an image of another size than it announced");
+  if (data.size() != count * 16)
+    throw Error(ErrorKind::kCorrupt, "the coordinator sent an image of another size than it announced");
   image.pixels.resize(count);
   image.variance.resize(count);
   for (size_t i = 0; i < count; ++i) {

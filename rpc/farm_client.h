@@ -1,7 +1,8 @@
 // A client's view of a farm: plain values in and out, blocking calls with deadlines and retries inside.
 //
-// Every method throws Error: what the coordinator refused keeps its kind and message (kInvalidInput, kNotFound, kConflict, ...); a coordinator that
-// cannot be reached after the retries is kIo, naming the address. Safe to use from several threads.
+// Every method throws Error: what the coordinator refused keeps its kind and message (kInvalidInput, kNotFound,
+// kConflict, ...); a coordinator that cannot be reached after the retries is kIo, naming the address. Safe to use from
+// several threads.
 #pragma once
 
 #include <filesystem>
@@ -21,8 +22,8 @@ struct LocalFile {
   std::string name;
   std::filesystem::path path;
 };
-// The files of a scene (SceneDescription::files: the scene file first) under the folder they have in common. Throws Error(kNotFound) for a file
-// that is not there.
+// The files of a scene (SceneDescription::files: the scene file first) under the folder they have in common. Throws
+// Error(kNotFound) for a file that is not there.
 struct SceneBundle {
   std::string main;
   std::vector<LocalFile> files;
@@ -30,7 +31,7 @@ struct SceneBundle {
 SceneBundle BundleScene(const std::vector<std::string>& files);
 
 struct UploadProgress {
-  size_t files_done = 0, files = 0;      // of those that are missing at the coordinator
+  size_t files_done = 0, files = 0;  // of those that are missing at the coordinator
   uint64_t bytes_done = 0, bytes = 0;
 };
 
@@ -43,18 +44,20 @@ class FarmClient {
   explicit FarmClient(const std::string& address) : FarmClient(address, Options()) {}
   ~FarmClient();
 
-  // Hashes the files, asks which are missing, uploads those; the manifest is what SubmitJob wants. `progress` may be empty.
+  // Hashes the files, asks which are missing, uploads those; the manifest is what SubmitJob wants. `progress` may be
+  // empty.
   SceneManifest Upload(const SceneBundle& bundle, const std::function<void(const UploadProgress&)>& progress = {});
   JobId SubmitJob(JobSubmission submission);
 
   JobStatus GetJob(const JobId& id);
   std::vector<JobStatus> ListJobs();  // newest first
-  // Calls back with every change until the job has ended or the callback returns false or `stop` is requested; survives a coordinator's restart.
-  // Returns the last status.
-  JobStatus Watch(const JobId& id, const std::function<bool(const JobStatus&)>& callback, const StopToken* stop = nullptr);
+  // Calls back with every change until the job has ended or the callback returns false or `stop` is requested; survives
+  // a coordinator's restart. Returns the last status.
+  JobStatus Watch(const JobId& id, const std::function<bool(const JobStatus&)>& callback,
+                  const StopToken* stop = nullptr);
   void Cancel(const JobId& id);
-  Image GetImage(const JobId& id);          // kConflict: nothing rendered yet
-  std::string GetReport(const JobId& id);   // JSON
+  Image GetImage(const JobId& id);         // kConflict: nothing rendered yet
+  std::string GetReport(const JobId& id);  // JSON
   std::vector<WorkerStatus> Workers();
 
  private:

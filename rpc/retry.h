@@ -36,11 +36,13 @@ class Backoff {
   std::minstd_rand random_;
 };
 
-// A call that is not idempotent may have happened although its answer was lost, so only the caller can say whether to repeat it.
+// A call that is not idempotent may have happened although its answer was lost, so only the caller can say whether to
+// repeat it.
 enum class Idempotency { kIdempotent, kNotIdempotent };
 
-// Runs `call` until it does not throw UnreachableError, for at most `limit` and while `stop` (may be null) is not requested; then the last error.
-void Retry(Idempotency idempotency, Clock::Duration limit, const Clock& clock, Sleeper& sleeper, Backoff backoff, const StopToken* stop,
-           const std::function<void()>& call);
+// Runs `call` until it does not throw UnreachableError, for at most `limit` and while `stop` (may be null) is not
+// requested; then the last error.
+void Retry(Idempotency idempotency, Clock::Duration limit, const Clock& clock, Sleeper& sleeper, Backoff backoff,
+           const StopToken* stop, const std::function<void()>& call);
 
 }  // namespace lodestar

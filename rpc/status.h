@@ -1,4 +1,5 @@
-// Error <-> grpc::Status. The kind of an Error travels in the status's details, so that it survives codes that several kinds share.
+// Error <-> grpc::Status. The kind of an Error travels in the status's details, so that it survives codes that several
+// kinds share.
 #pragma once
 
 #include <grpcpp/support/status.h>
@@ -29,7 +30,8 @@ class ExhaustedError : public Error {
 grpc::Status ToStatus(const Error& error);
 // Runs a handler's body; every exception becomes a status (one that is no Error: INTERNAL, logged).
 grpc::Status Guarded(const std::function<void()>& body);
-// Throws the Error that a status stands for; nothing where it is OK. `peer` is named in the message of an UnreachableError.
+// Throws the Error that a status stands for; nothing where it is OK. `peer` is named in the message of an
+// UnreachableError.
 void ThrowIfFailed(const grpc::Status& status, const std::string& peer);
 
 }  // namespace lodestar

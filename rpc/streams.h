@@ -8,7 +8,8 @@
 
 namespace lodestar {
 
-// Calls `send(part)` for each part of at most kChunkBytes; once, with nothing, for empty content. Stops where `send` returns false.
+// Calls `send(part)` for each part of at most kChunkBytes; once, with nothing, for empty content. Stops where `send`
+// returns false.
 template <class Send>
 bool ForEachChunk(std::string_view bytes, Send&& send) {
   size_t at = 0;

@@ -16,7 +16,8 @@ void CheckName(const std::string& name) {
   if (name.empty() || name.size() > 1024) Refuse("a file name must have 1 to 1024 bytes");
   if (name.front() == '/' || name.back() == '/') Refuse("'" + name + "' is not a relative file name");
   for (const char c : name) {
-    if (static_cast<unsigned char>(c) < 32 || c == '\\' || c == 127) Refuse("a file name holds a control character or a backslash");
+    if (static_cast<unsigned char>(c) < 32 || c == '\\' || c == 127)
+      Refuse("a file name holds a control character or a backslash");
   }
   size_t at = 0;
   while (at <= name.size()) {
@@ -31,16 +32,20 @@ void CheckName(const std::string& name) {
 
 void SceneManifest::Validate() const {
   if (files.empty()) Refuse("no files");
-  if (files.size() > kMaxSceneFiles) Refuse(std::to_string(files.size()) + " files, at most " + std::to_string(kMaxSceneFiles) + " are taken");
+  if (files.size() > kMaxSceneFiles)
+    Refuse(std::to_string(files.size()) + " files, at most " + std::to_string(kMaxSceneFiles) + " are taken");
   if (!files.contains(main)) Refuse("the main file '" + main + "' is not among the files");
   uint64_t total = 0;
   for (const auto& [name, file] : files) {
     CheckName(name);
     if (!IsContentHash(file.hash.hex)) Refuse("'" + name + "' has no valid SHA-256");
-    if (file.size > kMaxAssetBytes) Refuse("'" + name + "' has " + std::to_string(file.size) + " bytes, at most " + std::to_string(kMaxAssetBytes) + " are taken");
+    if (file.size > kMaxAssetBytes)
+      Refuse("'" + name + "' has " + std::to_string(file.size) + " bytes, at most " + std::to_string(kMaxAssetBytes) +
+             " are taken");
     total += file.size;
   }
-  if (total > kMaxSceneBytes) Refuse(std::to_string(total) + " bytes in all, at most " + std::to_string(kMaxSceneBytes) + " are taken");
+  if (total > kMaxSceneBytes)
+    Refuse(std::to_string(total) + " bytes in all, at most " + std::to_string(kMaxSceneBytes) + " are taken");
 }
 
 Bytes SceneManifest::Serialize() const {
@@ -75,11 +80,16 @@ SceneManifest SceneManifest::Parse(std::string_view bytes) {
 
 const char* JobPhaseName(JobPhase phase) {
   switch (phase) {
-    case JobPhase::kQueued: return "queued";
-    case JobPhase::kRunning: return "running";
-    case JobPhase::kDone: return "done";
-    case JobPhase::kFailed: return "failed";
-    case JobPhase::kCancelled: return "cancelled";
+    case JobPhase::kQueued:
+      return "queued";
+    case JobPhase::kRunning:
+      return "running";
+    case JobPhase::kDone:
+      return "done";
+    case JobPhase::kFailed:
+      return "failed";
+    case JobPhase::kCancelled:
+      return "cancelled";
   }
   return "unknown";
 }

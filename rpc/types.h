@@ -16,7 +16,7 @@ inline constexpr uint32_t kProtocolVersion = 1;
 
 // Sizes that a peer may ask for. Above them: INVALID_ARGUMENT or RESOURCE_EXHAUSTED, never an allocation.
 inline constexpr size_t kMaxMessageBytes = size_t{4} << 20;
-inline constexpr size_t kChunkBytes = size_t{512} << 10;         // of a stream, uncompressed; between 64 KiB and 1 MiB
+inline constexpr size_t kChunkBytes = size_t{512} << 10;  // of a stream, uncompressed; between 64 KiB and 1 MiB
 inline constexpr size_t kMaxChunkBytes = size_t{1} << 20;
 inline constexpr uint64_t kMaxAssetBytes = uint64_t{2} << 30;
 inline constexpr uint64_t kMaxSceneBytes = uint64_t{16} << 30;
@@ -47,7 +47,8 @@ struct SceneManifest {
   std::string main;  // one of the files
   std::map<std::string, SceneFile> files;
 
-  // Throws Error(kInvalidInput) naming what is wrong: an unsafe name, a malformed hash, no main file, too many files, too many bytes.
+  // Throws Error(kInvalidInput) naming what is wrong: an unsafe name, a malformed hash, no main file, too many files,
+  // too many bytes.
   void Validate() const;
   Bytes Serialize() const;
   static SceneManifest Parse(std::string_view bytes);
@@ -55,7 +56,7 @@ struct SceneManifest {
 
 struct JobSubmission {
   std::string name;
-  int priority = 0;          // larger first
+  int priority = 0;  // larger first
   JobSpec spec;
   SceneManifest scene;
   std::string client_token;  // the same token never makes a second job; filled in by FarmClient where empty
@@ -63,7 +64,9 @@ struct JobSubmission {
 
 enum class JobPhase { kQueued = 1, kRunning, kDone, kFailed, kCancelled };
 const char* JobPhaseName(JobPhase phase);  // "queued", ...
-inline bool Ended(JobPhase phase) { return phase >= JobPhase::kDone; }
+inline bool Ended(JobPhase phase) {
+  return phase >= JobPhase::kDone;
+}
 
 struct JobStatus {
   JobId id;

@@ -57,14 +57,16 @@ struct WorkClient::Impl {
         if (total > max_size) {
           context->TryCancel();
           (void)reader->Finish();
-          throw Error(ErrorKind::kCorrupt, "asset " + hash.hex + " is larger than " + std::to_string(max_size) + " bytes");
+          throw Error(ErrorKind::kCorrupt,
+                      "asset " + hash.hex + " is larger than " + std::to_string(max_size) + " bytes");
         }
         sha.Add(part);
         sink(part);
       }
       return reader->Finish();
     });
-    if (sha.Finish() != hash) throw Error(ErrorKind::kCorrupt, "asset " + hash.hex + " came with other content than its name");
+    if (sha.Finish() != hash)
+      throw Error(ErrorKind::kCorrupt, "asset " + hash.hex + " came with other content than its name");
   }
 };
 
@@ -87,7 +89,8 @@ void WorkClient::Shutdown() {
 Registration WorkClient::Register(const WorkerInfo& info) {
   v1::RegisterReply reply;
   const auto request = ToProto(info);
-  impl_->Call(seconds(10), [&](grpc::ClientContext* context) { return impl_->stub->Register(context, request, &reply); });
+  impl_->Call(seconds(10),
+              [&](grpc::ClientContext* context) { return impl_->stub->Register(context, request, &reply); });
   return {{reply.worker_id()}, reply.epoch(), milliseconds(reply.lease_ms())};
 }
 
@@ -96,18 +99,21 @@ std::optional<LeasedUnit> WorkClient::Lease(const WorkerId& worker, Clock::Durat
   request.set_worker_id(worker.value);
   request.set_wait_ms(static_cast<uint32_t>(wait / milliseconds(1)));
   v1::LeaseReply reply;
-  impl_->Call(wait + seconds(10), [&](grpc::ClientContext* context) { return impl_->stub->Lease(context, request, &reply); });
+  impl_->Call(wait + seconds(10),
+              [&](grpc::ClientContext* context) { return impl_->stub->Lease(context, request, &reply); });
   if (!reply.has_lease()) return std::nullopt;
   return FromProto(reply.lease());
 }
 
-std::vector<LeaseId> WorkClient::RenewLease(const WorkerId& worker, const std::vector<LeaseId>& leases, Clock::Duration wait) {
+std::vector<LeaseId> WorkClient::RenewLease(const WorkerId& worker, const std::vector<LeaseId>& leases,
+                                            Clock::Duration wait) {
   v1::RenewLeaseRequest request;
   request.set_worker_id(worker.value);
   for (const auto lease : leases) request.add_lease_ids(lease.value);
   request.set_wait_ms(static_cast<uint32_t>(wait / milliseconds(1)));
   v1::RenewLeaseReply reply;
-  impl_->Call(wait + seconds(10), [&](grpc::ClientContext* context) { return impl_->stub->RenewLease(context, request, &reply); });
+  impl_->Call(wait + seconds(10),
+              [&](grpc::ClientContext* context) { return impl_->stub->RenewLease(context, request, &reply); });
   std::vector<LeaseId> revoked;
   for (const auto id : reply.revoked()) revoked.push_back({id});
   return revoked;
@@ -124,7 +130,8 @@ Bytes WorkClient::FetchState(const ContentHash& hash) {
     return reader->Finish();
   });
   Bytes bytes = Decompress(compressed, "state " + hash.hex, kMaxStateBytes);
-  if (Sha256(bytes) != hash) throw Error(ErrorKind::kCorrupt, "state " + hash.hex + " came with other content than its name");
+  if (Sha256(bytes) != hash)
+    throw Error(ErrorKind::kCorrupt, "state " + hash.hex + " came with other content than its name");
   return bytes;
 }
 
@@ -137,7 +144,8 @@ Bytes WorkClient::FetchBytes(const ContentHash& hash, uint64_t max_size) {
 void WorkClient::FetchAsset(const ContentHash& hash, const std::filesystem::path& file) {
   try {
     std::ofstream out(file, std::ios::binary | std::ios::trunc);
-    impl_->ReadAsset(hash, kMaxAssetBytes, [&](std::string_view part) { out.write(part.data(), static_cast<std::streamsize>(part.size())); });
+    impl_->ReadAsset(hash, kMaxAssetBytes,
+                     [&](std::string_view part) { out.write(part.data(), static_cast<std::streamsize>(part.size())); });
     out.close();
     if (!out) throw Error(ErrorKind::kIo, file.string() + " cannot be written: is the disk full?");
   } catch (...) {
@@ -171,13 +179,15 @@ ContributionOutcome WorkClient::SubmitContribution(ContributionHeader header, st
 void WorkClient::SubmitSurvey(const SurveyResult& result) {
   const auto request = ToProto(result);
   v1::SubmitSurveyReply reply;
-  impl_->Call(seconds(10), [&](grpc::ClientContext* context) { return impl_->stub->SubmitSurvey(context, request, &reply); });
+  impl_->Call(seconds(10),
+              [&](grpc::ClientContext* context) { return impl_->stub->SubmitSurvey(context, request, &reply); });
 }
 
 void WorkClient::ReportFailure(const UnitFailure& failure) {
   const auto request = ToProto(failure);
   v1::ReportFailureReply reply;
-  impl_->Call(seconds(10), [&](grpc::ClientContext* context) { return impl_->stub->ReportFailure(context, request, &reply); });
+  impl_->Call(seconds(10),
+              [&](grpc::ClientContext* context) { return impl_->stub->ReportFailure(context, request, &reply); });
 }
 
 }  // namespace lodestar

@@ -1,7 +1,8 @@
-// A worker's calls to its coordinator: plain values in and out, one attempt each (the worker's loops decide about retries, for ever).
+// A worker's calls to its coordinator: plain values in and out, one attempt each (the worker's loops decide about
+// retries, for ever).
 //
-// Every method throws: UnreachableError (retry later), ProtocolError (never), Error(kNotFound) for a worker or content that is unknown, else what
-// the coordinator said. Safe to use from several threads.
+// Every method throws: UnreachableError (retry later), ProtocolError (never), Error(kNotFound) for a worker or content
+// that is unknown, else what the coordinator said. Safe to use from several threads.
 #pragma once
 
 #include <filesystem>

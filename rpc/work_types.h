@@ -62,7 +62,7 @@ struct SurveyResult {
   WorkerId worker;
   LeaseId lease;
   JobId job;
-  Bytes survey;             // empty where the scene is in error
+  Bytes survey;  // empty where the scene is in error
   std::string scene_error;
   std::vector<std::string> log;
 };

@@ -13,11 +13,14 @@
 namespace lodestar {
 namespace fs = std::filesystem;
 
-AssetCache::AssetCache(const fs::path& folder, uint64_t limit_bytes) : folder_(fs::absolute(folder)), limit_bytes_(limit_bytes) {
+AssetCache::AssetCache(const fs::path& folder, uint64_t limit_bytes)
+    : folder_(fs::absolute(folder)), limit_bytes_(limit_bytes) {
   std::error_code error;
   for (const char* part : {"content", "temporary", "scenes"}) {
     fs::create_directories(folder_ / part, error);
-    if (error) throw Error(ErrorKind::kIo, "the cache folder " + (folder_ / part).string() + " cannot be made: " + error.message() + "; choose another with --cache");
+    if (error)
+      throw Error(ErrorKind::kIo, "the cache folder " + (folder_ / part).string() +
+                                      " cannot be made: " + error.message() + "; choose another with --cache");
   }
   // What workers that were killed have left: names begin with their process id.
   for (const char* part : {"temporary", "scenes"}) {
@@ -43,7 +46,8 @@ void AssetCache::Link(const ContentHash& hash, const fs::path& to, const Fetch& 
       fs::create_hard_link(file, to, error);
       if (error) fs::copy_file(file, to, error);
       if (!error) return;
-      if (error != std::errc::no_such_file_or_directory) throw Error(ErrorKind::kIo, to.string() + " cannot be written: " + error.message());
+      if (error != std::errc::no_such_file_or_directory)
+        throw Error(ErrorKind::kIo, to.string() + " cannot be written: " + error.message());
       continue;  // another worker evicted it in between
     }
     const fs::path temporary = folder_ / "temporary" / (std::to_string(getpid()) + "-" + std::to_string(++last_));
@@ -51,7 +55,8 @@ void AssetCache::Link(const ContentHash& hash, const fs::path& to, const Fetch& 
     fs::create_directories(file.parent_path());
     fs::rename(temporary, file);
   }
-  throw Error(ErrorKind::kIo, "content " + hash.hex + " does not stay in the cache folder " + folder_.string() + ": is its disk full or failing?");
+  throw Error(ErrorKind::kIo, "content " + hash.hex + " does not stay in the cache folder " + folder_.string() +
+                                  ": is its disk full or failing?");
 }
 
 fs::path AssetCache::Materialise(const SceneManifest& manifest, const Fetch& fetch) {

@@ -15,11 +15,14 @@ class AssetCache {
   using Fetch = std::function<void(const ContentHash&, const std::filesystem::path&)>;
   AssetCache(const std::filesystem::path& folder, uint64_t limit_bytes);
 
-  // Makes a folder that holds exactly the manifest's files under their names; nothing outside of it is written. Removed by the caller.
+  // Makes a folder that holds exactly the manifest's files under their names; nothing outside of it is written. Removed
+  // by the caller.
   std::filesystem::path Materialise(const SceneManifest& manifest, const Fetch& fetch);
 
  private:
-  std::filesystem::path FileOf(const ContentHash& hash) const { return folder_ / "content" / hash.hex.substr(0, 2) / hash.hex; }
+  std::filesystem::path FileOf(const ContentHash& hash) const {
+    return folder_ / "content" / hash.hex.substr(0, 2) / hash.hex;
+  }
   void Link(const ContentHash& hash, const std::filesystem::path& to, const Fetch& fetch);
   void Evict();
 

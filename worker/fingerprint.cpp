@@ -12,7 +12,8 @@
 namespace lodestar {
 namespace {
 
-// Enough of the float operations of a render to notice another rounding mode, flush-to-zero, or contraction into fused operations.
+// Enough of the float operations of a render to notice another rounding mode, flush-to-zero, or contraction into fused
+// operations.
 std::string Canary() {
   std::vector<float> values;
   float x = 0.3f, sum = 0;

@@ -10,14 +10,18 @@ namespace {
 
 std::string WithoutFolder(std::string text, const std::filesystem::path& folder) {
   const std::string prefix = folder.string() + "/";
-  for (size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at)) text.erase(at, prefix.size());
+  for (size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix, at))
+    text.erase(at, prefix.size());
   return text;
 }
 
 }  // namespace
 
 LoadedJob::LoadedJob(JobDescription description, std::filesystem::path folder, CompiledJob compiled)
-    : description_(std::move(description)), folder_(std::move(folder)), compiled_(std::move(compiled)), method_(MakeMethod(description_.spec, compiled_.survey)) {}
+    : description_(std::move(description)),
+      folder_(std::move(folder)),
+      compiled_(std::move(compiled)),
+      method_(MakeMethod(description_.spec, compiled_.survey)) {}
 
 LoadedJob::~LoadedJob() {
   std::error_code ignored;
@@ -35,10 +39,11 @@ std::shared_ptr<const State> LoadedJob::StateFor(const ContentHash& hash, WorkCl
   return state;
 }
 
-std::optional<Contribution> LoadedJob::Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads, const StopToken& stop) {
+std::optional<Contribution> LoadedJob::Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state,
+                                               int threads, const StopToken& stop) {
   if (unit.survey != compiled_.survey.Serialize()) {
-    throw Error(ErrorKind::kConflict, "this worker has compiled another scene than the one that was surveyed (hash " + compiled_.survey.scene_hash +
-                                          "): are its libraries of another version?");
+    throw Error(ErrorKind::kConflict, "this worker has compiled another scene than the one that was surveyed (hash " +
+                                          compiled_.survey.scene_hash + "): are its libraries of another version?");
   }
   if (!executor_) executor_ = std::make_unique<LocalExecutor>(compiled_.scene, description_.spec, *method_, threads);
   return executor_->ExecuteNode(state, unit.round, unit.node, stop);
@@ -62,7 +67,9 @@ std::shared_ptr<LoadedJob> JobCache::Load(const ContentHash& hash) {
     while (jobs_.size() >= max_jobs_) jobs_.pop_back();
   }
   auto description = JobDescription::Parse(client_.FetchBytes(hash, kMaxSceneFiles * 1200));
-  auto folder = assets_.Materialise(description.scene, [&](const ContentHash& content, const std::filesystem::path& to) { client_.FetchAsset(content, to); });
+  auto folder = assets_.Materialise(
+      description.scene,
+      [&](const ContentHash& content, const std::filesystem::path& to) { client_.FetchAsset(content, to); });
   try {
     auto scene = ParsePbrtFile(folder / description.scene.main, {.lenient = description.spec.lenient});
     // Without this machine's folders, so that every worker's survey has the same bytes.

@@ -19,7 +19,8 @@ class LoadedJob {
   const Survey& survey() const { return compiled_.survey; }
   // The last two states are kept: a lease of the next iteration is prepared while one of the last still runs.
   std::shared_ptr<const State> StateFor(const ContentHash& hash, WorkClient& client);
-  std::optional<Contribution> Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads, const StopToken& stop);
+  std::optional<Contribution> Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads,
+                                      const StopToken& stop);
 
  private:
   const JobDescription description_;
@@ -33,9 +34,10 @@ class LoadedJob {
 
 class JobCache {
  public:
-  JobCache(AssetCache& assets, WorkClient& client, size_t max_jobs) : assets_(assets), client_(client), max_jobs_(max_jobs) {}
-  // Compiles where it must (in this process; isolation in a child under limits is a later step). Throws Error: messages about the scene name its
-  // files as the client knows them; UnreachableError while the coordinator is away.
+  JobCache(AssetCache& assets, WorkClient& client, size_t max_jobs)
+      : assets_(assets), client_(client), max_jobs_(max_jobs) {}
+  // Compiles where it must (in this process; isolation in a child under limits is a later step). Throws Error: messages
+  // about the scene name its files as the client knows them; UnreachableError while the coordinator is away.
   std::shared_ptr<LoadedJob> Load(const ContentHash& description);
   // Nothing where it is not loaded.
   std::shared_ptr<LoadedJob> Find(const ContentHash& description);

@@ -22,7 +22,8 @@ std::string DefaultName() {
 
 Worker::Worker(const Options& options)
     : options_(options),
-      info_(DescribeWorker(options.name.empty() ? DefaultName() : options.name, options.threads > 0 ? options.threads : UsableThreads())),
+      info_(DescribeWorker(options.name.empty() ? DefaultName() : options.name,
+                           options.threads > 0 ? options.threads : UsableThreads())),
       leasing_(options.coordinator),
       working_(options.coordinator),
       keeping_(options.coordinator),
@@ -105,7 +106,8 @@ void Worker::Release(LeaseId lease) {
   held_.erase(lease);
 }
 
-// ---- leases in ---------------------------------------------------------------------------------------------------------------------------------
+// ---- leases in
+// ---------------------------------------------------------------------------------------------------------------------------------
 
 void Worker::FetchLoop() {
   Backoff backoff;
@@ -201,7 +203,8 @@ void Worker::KeepLoop() {
   }
 }
 
-// ---- rendering ---------------------------------------------------------------------------------------------------------------------------------
+// ---- rendering
+// ---------------------------------------------------------------------------------------------------------------------------------
 
 void Worker::RenderLoop() {
   double waited = 0;
@@ -247,13 +250,16 @@ void Worker::RenderLoop() {
 }
 
 void Worker::Fail(const Held& held, UnitFailure::Kind kind, const std::string& message) {
-  if (!message.empty()) spdlog::warn("{} of {}: {}", held.unit.render ? held.unit.render->node.ToString() : "survey", held.unit.job.value, message);
+  if (!message.empty())
+    spdlog::warn("{} of {}: {}", held.unit.render ? held.unit.render->node.ToString() : "survey", held.unit.job.value,
+                 message);
   Release(held.unit.id);
   Persistently(held.stop.get(), [&] {
     try {
       working_.ReportFailure({kind, Id(), held.unit.id, held.unit.job, message});
     } catch (const Error& error) {
-      if (error.kind() != ErrorKind::kNotFound) throw;  // the coordinator knows neither worker nor lease: nothing to give back
+      if (error.kind() != ErrorKind::kNotFound)
+        throw;  // the coordinator knows neither worker nor lease: nothing to give back
     }
   });
 }
@@ -319,7 +325,8 @@ void Worker::Render(const Held& held) {
   changed_.notify_all();
 }
 
-// ---- results out -------------------------------------------------------------------------------------------------------------------------------
+// ---- results out
+// -------------------------------------------------------------------------------------------------------------------------------
 
 void Worker::DeliverLoop() {
   while (true) {
@@ -340,15 +347,18 @@ void Worker::DeliverLoop() {
         // Whoever this worker is by now: results are taken from anyone.
         delivery.header.worker = Id();
         const auto outcome = working_.SubmitContribution(delivery.header, bytes);
-        spdlog::debug("{} of {}: outcome {}", delivery.header.node.ToString(), delivery.header.job.value, static_cast<int>(outcome));
+        spdlog::debug("{} of {}: outcome {}", delivery.header.node.ToString(), delivery.header.job.value,
+                      static_cast<int>(outcome));
       });
       delivering_seconds_ += Seconds(Clock::Steady().Now() - start);
     } catch (const Error& error) {
-      spdlog::warn("{} of {} was not delivered: {}", delivery.header.node.ToString(), delivery.header.job.value, error.what());
+      spdlog::warn("{} of {} was not delivered: {}", delivery.header.node.ToString(), delivery.header.job.value,
+                   error.what());
     }
     Release(delivery.unit.id);
   }
-  spdlog::info("delivered {:.1f} MiB (before compression) in {:.2f} s, beside rendering", static_cast<double>(delivered_bytes_) / (1 << 20), delivering_seconds_);
+  spdlog::info("delivered {:.1f} MiB (before compression) in {:.2f} s, beside rendering",
+               static_cast<double>(delivered_bytes_) / (1 << 20), delivering_seconds_);
 }
 
 }  // namespace lodestar

@@ -1,7 +1,9 @@
-// A worker: leases units, renders them, delivers what came out. Four threads: one asks for the next lease and fetches its state while the
-// current one renders; one renders (on as many threads as it may use); one delivers; one keeps the leases alive and hears which to give up.
+// A worker: leases units, renders them, delivers what came out. Four threads: one asks for the next lease and fetches
+// its state while the current one renders; one renders (on as many threads as it may use); one delivers; one keeps the
+// leases alive and hears which to give up.
 //
-// It may be killed at any time; whatever it held is rendered by others. While its coordinator is away it tries again, for ever.
+// It may be killed at any time; whatever it held is rendered by others. While its coordinator is away it tries again,
+// for ever.
 #pragma once
 
 #include <atomic>
@@ -19,12 +21,12 @@ namespace lodestar {
 class Worker {
  public:
   struct Options {
-    std::string coordinator;       // HOST:PORT
-    int threads = 0;               // 0: UsableThreads()
+    std::string coordinator;  // HOST:PORT
+    int threads = 0;          // 0: UsableThreads()
     std::filesystem::path cache;
     uint64_t cache_bytes = uint64_t{20} << 30;
-    size_t max_scenes = 4;         // compiled, in memory
-    std::string name;              // "": host:pid
+    size_t max_scenes = 4;  // compiled, in memory
+    std::string name;       // "": host:pid
   };
   explicit Worker(const Options& options);
   ~Worker();
@@ -54,13 +56,14 @@ class Worker {
   // Repeats until it was answered, the unit is void, or this worker gives up at its end.
   void Persistently(const StopToken* stop, const std::function<void()>& call);
   void Release(LeaseId lease);
-  WorkerId Id();                      // registers where needed
-  void Forget(const WorkerId& id);    // that incarnation is unknown to the coordinator
+  WorkerId Id();                    // registers where needed
+  void Forget(const WorkerId& id);  // that incarnation is unknown to the coordinator
   void Fatal(std::exception_ptr error);
 
   const Options options_;
   const WorkerInfo info_;
-  WorkClient leasing_, working_, keeping_;  // of their own connections: cancelled at different times, and none waits behind another
+  WorkClient leasing_, working_,
+      keeping_;  // of their own connections: cancelled at different times, and none waits behind another
   AssetCache assets_;
   JobCache jobs_;
 

@@ -4,9 +4,11 @@ namespace lodestar {
 
 void PutAsset::Add(const v1::AssetChunk& chunk) {
   if (!writer_) {
-    if (!IsContentHash(chunk.sha256())) throw Error(ErrorKind::kInvalidInput, "the first chunk of an asset must name its SHA-256");
+    if (!IsContentHash(chunk.sha256()))
+      throw Error(ErrorKind::kInvalidInput, "the first chunk of an asset must name its SHA-256");
     if (chunk.size() > kMaxAssetBytes) {
-      throw Error(ErrorKind::kInvalidInput, "an asset of " + std::to_string(chunk.size()) + " bytes; at most " + std::to_string(kMaxAssetBytes) + " are taken");
+      throw Error(ErrorKind::kInvalidInput, "an asset of " + std::to_string(chunk.size()) + " bytes; at most " +
+                                                std::to_string(kMaxAssetBytes) + " are taken");
     }
     writer_ = farm_.blobs().NewWriter({chunk.sha256()}, chunk.size());
   }

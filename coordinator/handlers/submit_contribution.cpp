@@ -5,11 +5,13 @@ namespace lodestar {
 
 void SubmitContribution::Add(const v1::ContributionChunk& chunk) {
   if (!header_) {
-    if (!chunk.has_header()) throw Error(ErrorKind::kInvalidInput, "the first chunk of a contribution must carry its header");
+    if (!chunk.has_header())
+      throw Error(ErrorKind::kInvalidInput, "the first chunk of a contribution must carry its header");
     header_ = FromProto(chunk.header());
   }
   if (compressed_.size() + chunk.data().size() > header_->size + (header_->size >> 6) + 4096) {
-    throw Error(ErrorKind::kInvalidInput, "a contribution longer than the " + std::to_string(header_->size) + " bytes announced");
+    throw Error(ErrorKind::kInvalidInput,
+                "a contribution longer than the " + std::to_string(header_->size) + " bytes announced");
   }
   compressed_ += chunk.data();
 }

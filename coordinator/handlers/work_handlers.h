@@ -13,10 +13,11 @@ void Register(Farm& farm, const v1::RegisterRequest& request, v1::RegisterReply*
 void SubmitSurvey(Farm& farm, const v1::SubmitSurveyRequest& request, v1::SubmitSurveyReply* reply);
 void ReportFailure(Farm& farm, const v1::ReportFailureRequest& request, v1::ReportFailureReply* reply);
 
-// Parked: `answer` is called once, now or later, from any thread; it returns false where nobody listens any more. The number is for
-// Farm::Withdraw.
+// Parked: `answer` is called once, now or later, from any thread; it returns false where nobody listens any more. The
+// number is for Farm::Withdraw.
 uint64_t Lease(Farm& farm, const v1::LeaseRequest& request, std::function<bool(const v1::LeaseReply&)> answer);
-uint64_t RenewLease(Farm& farm, const v1::RenewLeaseRequest& request, std::function<bool(const v1::RenewLeaseReply&)> answer);
+uint64_t RenewLease(Farm& farm, const v1::RenewLeaseRequest& request,
+                    std::function<bool(const v1::RenewLeaseReply&)> answer);
 
 // Answered in parts: fills in the next one; false after the last.
 std::function<bool(v1::StateChunk*)> FetchState(Farm& farm, const v1::FetchStateRequest& request);

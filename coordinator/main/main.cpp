@@ -43,19 +43,27 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", LODESTAR_VERSION);
   app.footer(kFooter);
   server_options.listen = "127.0.0.1:7420";
-  app.add_option("--listen", server_options.listen, "HOST:PORT to listen on; port 0 takes a free one")->capture_default_str();
-  app.add_option("--store", store, "Folder of the job store; made where it is missing. One coordinator a folder")->required();
-  app.add_flag("--insecure", server_options.insecure, "Allow to listen where other machines can reach it (nothing is encrypted or authenticated yet)");
+  app.add_option("--listen", server_options.listen, "HOST:PORT to listen on; port 0 takes a free one")
+      ->capture_default_str();
+  app.add_option("--store", store, "Folder of the job store; made where it is missing. One coordinator a folder")
+      ->required();
+  app.add_flag("--insecure", server_options.insecure,
+               "Allow to listen where other machines can reach it (nothing is encrypted or authenticated yet)");
   app.add_option("--port-file", port_file, "Write the chosen port to this file once ready");
-  app.add_option("--max-running", farm_options.max_running, "Jobs whose rounds are handed out at a time; the others queue")
+  app.add_option("--max-running", farm_options.max_running,
+                 "Jobs whose rounds are handed out at a time; the others queue")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
-  app.add_option("--max-queued", farm_options.max_queued, "Jobs that have not ended; beyond it submitting is refused")->capture_default_str();
-  app.add_option("--checkpoint", checkpoint_seconds, "Seconds between checkpoints of a running job")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--max-queued", farm_options.max_queued, "Jobs that have not ended; beyond it submitting is refused")
+      ->capture_default_str();
+  app.add_option("--checkpoint", checkpoint_seconds, "Seconds between checkpoints of a running job")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--lease", lease_seconds, "Seconds after which a worker that is not heard of loses its leases")
       ->check(CLI::Range(0.5, 3600.0))
       ->capture_default_str();
-  app.add_option("--reserve", reserve_mib, "MiB of the store's disk to leave free; what would eat into it is refused")->capture_default_str();
+  app.add_option("--reserve", reserve_mib, "MiB of the store's disk to leave free; what would eat into it is refused")
+      ->capture_default_str();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -74,7 +82,8 @@ int main(int argc, char** argv) {
     farm_options.store = store;
     farm_options.blobs.reserve_bytes = reserve_mib << 20;
     farm_options.checkpoint_interval = std::chrono::milliseconds(static_cast<int64_t>(checkpoint_seconds * 1000));
-    farm_options.checkpoint_least = std::min<lodestar::Clock::Duration>(farm_options.checkpoint_least, farm_options.checkpoint_interval);
+    farm_options.checkpoint_least =
+        std::min<lodestar::Clock::Duration>(farm_options.checkpoint_least, farm_options.checkpoint_interval);
     farm_options.leases.duration = std::chrono::milliseconds(static_cast<int64_t>(lease_seconds * 1000));
     farm_options.fatal = [](const std::string& why) {
       spdlog::critical("{}", why);

@@ -11,15 +11,27 @@ class FarmService final : public v1::Farm::CallbackService {
  public:
   FarmService(Farm& farm, WorkPool& pool) : farm_(farm), pool_(pool) {}
 
-  grpc::ServerUnaryReactor* SubmitJob(Context* c, const v1::SubmitJobRequest* q, v1::SubmitJobReply* r) override { return Call(c, q, r, lodestar::SubmitJob); }
-  grpc::ServerUnaryReactor* GetJob(Context* c, const v1::GetJobRequest* q, v1::GetJobReply* r) override { return Call(c, q, r, lodestar::GetJob); }
-  grpc::ServerUnaryReactor* ListJobs(Context* c, const v1::ListJobsRequest* q, v1::ListJobsReply* r) override { return Call(c, q, r, lodestar::ListJobs); }
-  grpc::ServerUnaryReactor* CancelJob(Context* c, const v1::CancelJobRequest* q, v1::CancelJobReply* r) override { return Call(c, q, r, lodestar::CancelJob); }
-  grpc::ServerUnaryReactor* GetReport(Context* c, const v1::GetReportRequest* q, v1::GetReportReply* r) override { return Call(c, q, r, lodestar::GetReport); }
+  grpc::ServerUnaryReactor* SubmitJob(Context* c, const v1::SubmitJobRequest* q, v1::SubmitJobReply* r) override {
+    return Call(c, q, r, lodestar::SubmitJob);
+  }
+  grpc::ServerUnaryReactor* GetJob(Context* c, const v1::GetJobRequest* q, v1::GetJobReply* r) override {
+    return Call(c, q, r, lodestar::GetJob);
+  }
+  grpc::ServerUnaryReactor* ListJobs(Context* c, const v1::ListJobsRequest* q, v1::ListJobsReply* r) override {
+    return Call(c, q, r, lodestar::ListJobs);
+  }
+  grpc::ServerUnaryReactor* CancelJob(Context* c, const v1::CancelJobRequest* q, v1::CancelJobReply* r) override {
+    return Call(c, q, r, lodestar::CancelJob);
+  }
+  grpc::ServerUnaryReactor* GetReport(Context* c, const v1::GetReportRequest* q, v1::GetReportReply* r) override {
+    return Call(c, q, r, lodestar::GetReport);
+  }
   grpc::ServerUnaryReactor* ListWorkers(Context* c, const v1::ListWorkersRequest* q, v1::ListWorkersReply* r) override {
     return Call(c, q, r, lodestar::ListWorkers);
   }
-  grpc::ServerUnaryReactor* HasAssets(Context* c, const v1::HasAssetsRequest* q, v1::HasAssetsReply* r) override { return Call(c, q, r, lodestar::HasAssets); }
+  grpc::ServerUnaryReactor* HasAssets(Context* c, const v1::HasAssetsRequest* q, v1::HasAssetsReply* r) override {
+    return Call(c, q, r, lodestar::HasAssets);
+  }
   grpc::ServerWriteReactor<v1::ImageChunk>* GetImage(Context* c, const v1::GetImageRequest* q) override {
     return ChunkWriter<v1::ImageChunk>::Start(c, pool_, q, [this, q] { return lodestar::GetImage(farm_, *q); });
   }
@@ -27,7 +39,8 @@ class FarmService final : public v1::Farm::CallbackService {
     return new ChunkReader<lodestar::PutAsset, v1::AssetChunk, v1::PutAssetReply>(c, pool_, r, farm_);
   }
   grpc::ServerWriteReactor<v1::JobStatus>* WatchJob(Context* c, const v1::WatchJobRequest* q) override {
-    auto* writer = new NewestWriter<v1::JobStatus>([](const v1::JobStatus& status) { return Ended(static_cast<JobPhase>(status.phase())); });
+    auto* writer = new NewestWriter<v1::JobStatus>(
+        [](const v1::JobStatus& status) { return Ended(static_cast<JobPhase>(status.phase())); });
     if (const auto status = CheckProtocol(c); !status.ok()) {
       writer->Refuse(status);
     } else {
@@ -43,8 +56,10 @@ class FarmService final : public v1::Farm::CallbackService {
 
  private:
   template <class Request, class Reply>
-  grpc::ServerUnaryReactor* Call(Context* context, const Request* request, Reply* reply, void (*handler)(Farm&, const Request&, Reply*)) {
-    return Answer<Request, Reply>(context, pool_, request, reply, [this, handler](const Request& q, Reply* r) { handler(farm_, q, r); });
+  grpc::ServerUnaryReactor* Call(Context* context, const Request* request, Reply* reply,
+                                 void (*handler)(Farm&, const Request&, Reply*)) {
+    return Answer<Request, Reply>(context, pool_, request, reply,
+                                  [this, handler](const Request& q, Reply* r) { handler(farm_, q, r); });
   }
   Farm& farm_;
   WorkPool& pool_;

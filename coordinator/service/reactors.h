@@ -1,4 +1,5 @@
-// The shapes of RPC as reactors of gRPC's callback API: no shape pins a thread while it waits. A reactor deletes itself when gRPC is done with it.
+// The shapes of RPC as reactors of gRPC's callback API: no shape pins a thread while it waits. A reactor deletes itself
+// when gRPC is done with it.
 #pragma once
 
 #include <grpcpp/server_context.h>
@@ -22,8 +23,8 @@ grpc::Status QueueFull();
 
 // A call that is answered by a function on the pool.
 template <class Request, class Reply>
-grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, WorkPool& pool, const Request* request, Reply* reply,
-                                 std::function<void(const Request&, Reply*)> handler) {
+grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, WorkPool& pool, const Request* request,
+                                 Reply* reply, std::function<void(const Request&, Reply*)> handler) {
   auto* reactor = context->DefaultReactor();
   if (const auto status = CheckProtocol(context); !status.ok()) {
     reactor->Finish(status);
@@ -43,7 +44,8 @@ template <class Reply>
 class ParkedCall final : public grpc::ServerUnaryReactor {
  public:
   // `park` gets the function to answer with, and returns the number to withdraw (0: answered already).
-  ParkedCall(Reply* reply, std::function<void(uint64_t)> withdraw) : shared_(std::make_shared<Shared>()), withdraw_(std::move(withdraw)) {
+  ParkedCall(Reply* reply, std::function<void(uint64_t)> withdraw)
+      : shared_(std::make_shared<Shared>()), withdraw_(std::move(withdraw)) {
     shared_->reactor = this;
     shared_->reply = reply;
   }
@@ -51,11 +53,8 @@ class ParkedCall final : public grpc::ServerUnaryReactor {
     const auto shared = shared_;  // the call may be over, and this object gone, before `park` returns
     const auto withdraw = withdraw_;
     uint64_t call = 0;
-    const auto status = Guarded([&] {
-      call = park([shared](const Reply& reply) {
-        return shared->Finish(grpc::Status::OK, &reply);
-      });
-    });
+    const auto status = Guarded(
+        [&] { call = park([shared](const Reply& reply) { return shared->Finish(grpc::Status::OK, &reply); }); });
     if (!status.ok()) shared->Finish(status, nullptr);
     bool cancelled;
     {
@@ -106,7 +105,8 @@ template <class Chunk>
 class ChunkWriter final : public grpc::ServerWriteReactor<Chunk> {
  public:
   using Next = std::function<bool(Chunk*)>;
-  static ChunkWriter* Start(grpc::CallbackServerContext* context, WorkPool& pool, const google::protobuf::Message* request, std::function<Next()> open) {
+  static ChunkWriter* Start(grpc::CallbackServerContext* context, WorkPool& pool,
+                            const google::protobuf::Message* request, std::function<Next()> open) {
     auto* writer = new ChunkWriter;
     if (const auto status = CheckProtocol(context); !status.ok()) {
       writer->Finish(status);
@@ -178,12 +178,17 @@ class ChunkReader final : public grpc::ServerReadReactor<Chunk> {
 template <class Message>
 class NewestWriter final : public grpc::ServerWriteReactor<Message> {
  public:
-  explicit NewestWriter(std::function<bool(const Message&)> last) : shared_(std::make_shared<Shared>()), last_(std::move(last)) { shared_->writer = this; }
+  explicit NewestWriter(std::function<bool(const Message&)> last)
+      : shared_(std::make_shared<Shared>()), last_(std::move(last)) {
+    shared_->writer = this;
+  }
   // `watch` gets the function to call with each message; returns the number for `unwatch`.
-  void Start(const std::function<uint64_t(std::function<void(Message)>)>& watch, std::function<void(uint64_t)> unwatch) {
+  void Start(const std::function<uint64_t(std::function<void(Message)>)>& watch,
+             std::function<void(uint64_t)> unwatch) {
     const auto shared = shared_;
     uint64_t number = 0;
-    const auto status = Guarded([&] { number = watch([shared](Message message) { shared->Offer(std::move(message)); }); });
+    const auto status =
+        Guarded([&] { number = watch([shared](Message message) { shared->Offer(std::move(message)); }); });
     std::unique_lock lock(shared->mutex);
     if (!status.ok()) {
       shared->End(status, lock);

@@ -21,7 +21,8 @@ bool IsLoopback(const std::string& host) {
 
 struct Server::Impl {
   explicit Impl(Farm& farm) : farm_service(NewFarmService(farm, pool)), work_service(NewWorkService(farm, pool)) {}
-  // More than the machine has: some of them wait for the disk, or (a client's image) for a round's edge, which others must bring about.
+  // More than the machine has: some of them wait for the disk, or (a client's image) for a round's edge, which others
+  // must bring about.
   WorkPool pool{UsableThreads() + 4};
   std::unique_ptr<grpc::Service> farm_service, work_service;
   std::unique_ptr<grpc::Server> server;
@@ -34,8 +35,10 @@ Server::Server(Farm& farm, const Options& options) : impl_(std::make_unique<Impl
   if (colon == std::string::npos) throw Error(ErrorKind::kInvalidInput, "'" + options.listen + "' is not HOST:PORT");
   const std::string host = options.listen.substr(0, colon);
   if (!IsLoopback(host) && !options.insecure) {
-    throw Error(ErrorKind::kInvalidInput, "listening on '" + host + "' would let anyone who reaches this machine submit jobs and results, without encryption; " +
-                                              "listen on 127.0.0.1, or say --insecure on a network that you trust");
+    throw Error(ErrorKind::kInvalidInput,
+                "listening on '" + host +
+                    "' would let anyone who reaches this machine submit jobs and results, without encryption; " +
+                    "listen on 127.0.0.1, or say --insecure on a network that you trust");
   }
   grpc::ServerBuilder builder;
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &impl_->port);
@@ -50,12 +53,15 @@ Server::Server(Farm& farm, const Options& options) : impl_(std::make_unique<Impl
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kKeepaliveMs / 2);
   impl_->server = builder.BuildAndStart();
-  if (!impl_->server || impl_->port == 0) throw Error(ErrorKind::kIo, options.listen + " cannot be listened on: is the port taken, or the address not this machine's?");
+  if (!impl_->server || impl_->port == 0)
+    throw Error(ErrorKind::kIo,
+                options.listen + " cannot be listened on: is the port taken, or the address not this machine's?");
   impl_->address = host + ":" + std::to_string(impl_->port);
 }
 
 Server::~Server() {
-  if (impl_ && impl_->server) impl_->server->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
+  if (impl_ && impl_->server)
+    impl_->server->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
 }
 
 int Server::port() const {

@@ -41,7 +41,8 @@ double TrimmedMean(const std::vector<double>& values) {
 
 void CheckComparable(const Image& image, const Image& reference) {
   if (image.width != reference.width || image.height != reference.height) {
-    throw Error(ErrorKind::kInvalidInput, "the image is " + std::to_string(image.width) + "x" + std::to_string(image.height) + " and the reference " +
+    throw Error(ErrorKind::kInvalidInput, "the image is " + std::to_string(image.width) + "x" +
+                                              std::to_string(image.height) + " and the reference " +
                                               std::to_string(reference.width) + "x" + std::to_string(reference.height) +
                                               " pixels; render with --resolution of the reference");
   }
@@ -49,8 +50,10 @@ void CheckComparable(const Image& image, const Image& reference) {
     LODESTAR_CHECK(which.pixels.size() == size_t{which.width} * which.height);
     for (size_t i = 0; i < which.pixels.size(); ++i) {
       if (!IsFinite(which.pixels[i])) {
-        throw Error(ErrorKind::kInvalidInput, std::string("the ") + name + " has a pixel that is not finite at x " + std::to_string(i % which.width) +
-                                                  ", y " + std::to_string(i / which.width) + "; errors against it have no meaning");
+        throw Error(ErrorKind::kInvalidInput, std::string("the ") + name + " has a pixel that is not finite at x " +
+                                                  std::to_string(i % which.width) + ", y " +
+                                                  std::to_string(i / which.width) +
+                                                  "; errors against it have no meaning");
       }
     }
   };
@@ -110,7 +113,8 @@ EstimatedError EstimateError(const Image& image) {
   if (image.pixels.empty() || image.variance.size() != image.pixels.size()) return {kUnknown, kUnknown};
   const std::vector<double> luminance = SmoothedLuminance(image);
   std::vector<double> relative(image.pixels.size());
-  for (size_t i = 0; i < relative.size(); ++i) relative[i] = image.variance[i] / (luminance[i] * luminance[i] + kRelMseEpsilon);
+  for (size_t i = 0; i < relative.size(); ++i)
+    relative[i] = image.variance[i] / (luminance[i] * luminance[i] + kRelMseEpsilon);
   return {Mean(relative), TrimmedMean(relative)};
 }
 

@@ -1,4 +1,5 @@
-// Error of an image against a reference, or estimated from its own variance (docs/measuring.md). Linear radiance, mean over pixels and channels.
+// Error of an image against a reference, or estimated from its own variance (docs/measuring.md). Linear radiance, mean
+// over pixels and channels.
 #pragma once
 
 #include "core/film/film.h"
@@ -15,17 +16,17 @@ inline constexpr double kTrimmedFraction = 0.001;
 
 // Throws Error(kInvalidInput) where the sizes differ or a pixel of either is not finite (naming it).
 ErrorMetrics Compare(const Image& image, const Image& reference);
-// Expected relMSE of the image from the variances of its pixels: mean(variance / (luminance^2 + eps)), trimmed like the other; infinity for an image
-// without variances. The luminance is the mean over 3x3 pixels: a pixel's own is correlated with its variance (a firefly raises both), which hides
-// up to all of the error above 1.
+// Expected relMSE of the image from the variances of its pixels: mean(variance / (luminance^2 + eps)), trimmed like the
+// other; infinity for an image without variances. The luminance is the mean over 3x3 pixels: a pixel's own is
+// correlated with its variance (a firefly raises both), which hides up to all of the error above 1.
 struct EstimatedError {
   double relmse = 0, relmse_trimmed = 0;
 };
 EstimatedError EstimateError(const Image& image);
 // Relative luminance error per pixel, (lum x - lum r) / (lum r + eps); for the false-colour map of Lukac 2011.
 std::vector<float> RelativeLuminanceError(const Image& image, const Image& reference);
-// A perceptual diverging colour map for that error, +-limit at the ends (blue below, orange above, nearly white at 0, black for NaN): sRGB bytes,
-// 3 a pixel. `limit` > 0.
+// A perceptual diverging colour map for that error, +-limit at the ends (blue below, orange above, nearly white at 0,
+// black for NaN): sRGB bytes, 3 a pixel. `limit` > 0.
 std::vector<uint8_t> FalseColour(const std::vector<float>& values, float limit = 1);
 
 }  // namespace lodestar

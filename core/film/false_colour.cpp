@@ -1,6 +1,7 @@
-// The diverging map of FalseColour. Moreland 2009 ("Diverging color maps for scientific visualization") asks that such a map falls in lightness from a
-// bright neutral middle alike to both sides. Ours is computed in Oklab (Ottosson 2020, "A perceptual color space for image processing"), where that is
-// a straight line: lightness and chroma are linear in |t| along a fixed hue a side, blue below zero, orange above.
+// The diverging map of FalseColour. Moreland 2009 ("Diverging color maps for scientific visualization") asks that such
+// a map falls in lightness from a bright neutral middle alike to both sides. Ours is computed in Oklab (Ottosson 2020,
+// "A perceptual color space for image processing"), where that is a straight line: lightness and chroma are linear in
+// |t| along a fixed hue a side, blue below zero, orange above.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -34,7 +35,8 @@ std::array<uint8_t, 3> Colour(float t) {
   const float l = cube(lightness + 0.3963377774f * a + 0.2158037573f * b);
   const float m = cube(lightness - 0.1055613458f * a - 0.0638541728f * b);
   const float s = cube(lightness - 0.0894841775f * a - 1.2914855480f * b);
-  return {SrgbByte(4.0767416621f * l - 3.3077115913f * m + 0.2309699292f * s), SrgbByte(-1.2684380046f * l + 2.6097574011f * m - 0.3413193965f * s),
+  return {SrgbByte(4.0767416621f * l - 3.3077115913f * m + 0.2309699292f * s),
+          SrgbByte(-1.2684380046f * l + 2.6097574011f * m - 0.3413193965f * s),
           SrgbByte(-0.0041960863f * l - 0.7034186147f * m + 1.7076147010f * s)};
 }
 

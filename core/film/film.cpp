@@ -9,7 +9,8 @@
 namespace lodestar {
 namespace {
 
-// A sum that would leave the range of float stays at its end: one firefly must not turn a tile into a refused contribution.
+// A sum that would leave the range of float stays at its end: one firefly must not turn a tile into a refused
+// contribution.
 float SaturatingAdd(float sum, float value) {
   constexpr float kMax = std::numeric_limits<float>::max();
   return std::clamp(sum + value, -kMax, kMax);
@@ -32,7 +33,8 @@ void PixelSum::Add(Rgb sample) {
   luminance_squared = SaturatingAdd(luminance_squared, luminance * luminance);
 }
 
-Film::Film(const TileGrid& grid) : width_(grid.width()), height_(grid.height()), sums_(size_t{grid.width()} * grid.height()) {}
+Film::Film(const TileGrid& grid)
+    : width_(grid.width()), height_(grid.height()), sums_(size_t{grid.width()} * grid.height()) {}
 
 void Film::Add(const TileGrid& grid, const FilmTile& tile) {
   LODESTAR_CHECK(grid.width() == width_ && grid.height() == height_);
@@ -76,7 +78,8 @@ Image Film::Develop() const {
 
 double Film::MeanVariance(double clamp) const {
   if (passes_ < 2) return std::numeric_limits<double>::infinity();
-  // The median is over the pixels that vary at all: in a picture that is mostly black the plain median is 0 and would clamp everything away.
+  // The median is over the pixels that vary at all: in a picture that is mostly black the plain median is 0 and would
+  // clamp everything away.
   std::vector<double> variances, positive;
   variances.reserve(sums_.size());
   for (const Sum& sum : sums_) variances.push_back(Variance(sum));
@@ -107,7 +110,8 @@ Film Film::Read(ByteReader& in) {
   film.sums_ = in.GetVector<Sum>();
   if (film.sums_.size() != size_t{film.width_} * film.height_) in.Fail("has a film whose size does not fit its pixels");
   for (const Sum& s : film.sums_) {
-    if (!std::isfinite(s.r) || !std::isfinite(s.g) || !std::isfinite(s.b) || !(s.luminance_squared >= 0) || !std::isfinite(s.luminance_squared)) {
+    if (!std::isfinite(s.r) || !std::isfinite(s.g) || !std::isfinite(s.b) || !(s.luminance_squared >= 0) ||
+        !std::isfinite(s.luminance_squared)) {
       in.Fail("has a film with a pixel that is not finite");
     }
   }

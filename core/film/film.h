@@ -1,5 +1,6 @@
-// Pixel sums. A tile carries what one unit rendered in one round, in floats; the film adds tiles in round order, in doubles, so that a million
-// passes do not drift. Units of one round never share a pixel, so adding a round's tiles is a disjoint union.
+// Pixel sums. A tile carries what one unit rendered in one round, in floats; the film adds tiles in round order, in
+// doubles, so that a million passes do not drift. Units of one round never share a pixel, so adding a round's tiles is
+// a disjoint union.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +22,11 @@ struct TileRect {
 class TileGrid {
  public:
   static constexpr uint32_t kTileSize = 16;
-  TileGrid(uint32_t width, uint32_t height) : width_(width), height_(height), columns_((width + kTileSize - 1) / kTileSize), rows_((height + kTileSize - 1) / kTileSize) {}
+  TileGrid(uint32_t width, uint32_t height)
+      : width_(width),
+        height_(height),
+        columns_((width + kTileSize - 1) / kTileSize),
+        rows_((height + kTileSize - 1) / kTileSize) {}
   uint32_t tile_count() const { return columns_ * rows_; }
   uint32_t width() const { return width_; }
   uint32_t height() const { return height_; }
@@ -44,7 +49,8 @@ struct FilmTile {
   std::vector<PixelSum> pixels;  // row-major within the tile's rectangle
 };
 
-// A developed picture: linear RGB and the variance of the luminance of each pixel's mean (0 where a single sample tells nothing).
+// A developed picture: linear RGB and the variance of the luminance of each pixel's mean (0 where a single sample tells
+// nothing).
 struct Image {
   uint32_t width = 0, height = 0;
   std::vector<Rgb> pixels;
@@ -64,8 +70,9 @@ class Film {
   uint32_t height() const { return height_; }
 
   Image Develop() const;
-  // Mean over pixels of the variance of the pixel mean, each pixel's clamped to `clamp` times the median of those above zero so that a firefly
-  // does not own a weight; infinity below two passes, 0 for a picture without any noise (a black one, say).
+  // Mean over pixels of the variance of the pixel mean, each pixel's clamped to `clamp` times the median of those above
+  // zero so that a firefly does not own a weight; infinity below two passes, 0 for a picture without any noise (a black
+  // one, say).
   double MeanVariance(double clamp = 1000) const;
 
   void Write(ByteWriter& out) const;

@@ -12,7 +12,9 @@ constexpr int kStepsPerCell = 8;
 
 // Normalized Gaussian minus its value at the radius, so that it ends continuously.
 float Gaussian1D(float x, float radius, float sigma) {
-  const auto value = [sigma](float d) { return Exp(-d * d / (2 * sigma * sigma)) / std::sqrt(2 * kPi * sigma * sigma); };
+  const auto value = [sigma](float d) {
+    return Exp(-d * d / (2 * sigma * sigma)) / std::sqrt(2 * kPi * sigma * sigma);
+  };
   return std::max(value(x) - value(radius), 0.0f);
 }
 
@@ -20,17 +22,23 @@ float Gaussian1D(float x, float radius, float sigma) {
 float Mitchell1D(float x, float b, float c) {
   x = std::fabs(x);
   if (x >= 2) return 0;
-  if (x > 1) return ((-b - 6 * c) * x * x * x + (6 * b + 30 * c) * x * x + (-12 * b - 48 * c) * x + (8 * b + 24 * c)) * (1 / 6.0f);
+  if (x > 1)
+    return ((-b - 6 * c) * x * x * x + (6 * b + 30 * c) * x * x + (-12 * b - 48 * c) * x + (8 * b + 24 * c)) *
+           (1 / 6.0f);
   return ((12 - 9 * b - 6 * c) * x * x * x + (-18 + 12 * b + 6 * c) * x * x + (6 - 2 * b)) * (1 / 6.0f);
 }
 
 float Evaluate1D(const Parameters& f, float x, float radius) {
   if (std::fabs(x) > radius) return 0;
   switch (f.kind) {
-    case PixelFilter::Kind::kBox: return 1;
-    case PixelFilter::Kind::kTriangle: return radius - std::fabs(x);
-    case PixelFilter::Kind::kGaussian: return Gaussian1D(x, radius, f.sigma);
-    case PixelFilter::Kind::kMitchell: return Mitchell1D(2 * x / radius, f.b, f.c);
+    case PixelFilter::Kind::kBox:
+      return 1;
+    case PixelFilter::Kind::kTriangle:
+      return radius - std::fabs(x);
+    case PixelFilter::Kind::kGaussian:
+      return Gaussian1D(x, radius, f.sigma);
+    case PixelFilter::Kind::kMitchell:
+      return Mitchell1D(2 * x / radius, f.b, f.c);
   }
   return 0;
 }

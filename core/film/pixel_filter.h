@@ -1,5 +1,6 @@
-// Reconstruction filters, sampled by importance so that a sample belongs to the pixel it was drawn for alone (Ernst et al. 2006) and a
-// pixel to one tile. A filter with negative lobes is sampled by its absolute value and carries its sign in the weight.
+// Reconstruction filters, sampled by importance so that a sample belongs to the pixel it was drawn for alone (Ernst et
+// al. 2006) and a pixel to one tile. A filter with negative lobes is sampled by its absolute value and carries its sign
+// in the weight.
 #pragma once
 
 #include <vector>
@@ -9,8 +10,8 @@
 namespace lodestar {
 
 struct FilterSample {
-  Vec2 offset;        // from the pixel's centre, in pixels
-  float weight = 1;   // normalised: its mean over samples is 1
+  Vec2 offset;       // from the pixel's centre, in pixels
+  float weight = 1;  // normalised: its mean over samples is 1
 };
 
 class PixelFilter {
@@ -31,8 +32,8 @@ class PixelFilter {
   // Each filter here is separable: one table of the absolute value's cumulative distribution an axis.
   struct Axis {
     float radius = 0.5f;
-    std::vector<float> cdf;      // kCells + 1
-    std::vector<float> sign;     // kCells
+    std::vector<float> cdf;   // kCells + 1
+    std::vector<float> sign;  // kCells
     float weight_scale = 1;
     Vec2 Sample(float u) const;  // (offset, weight)
   };

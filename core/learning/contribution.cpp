@@ -13,22 +13,26 @@ namespace {
 constexpr uint32_t kMagic = DocumentMagic("LDCN");
 
 bool Sound(const PixelSum& p) {
-  return std::isfinite(p.r) && std::isfinite(p.g) && std::isfinite(p.b) && std::isfinite(p.luminance_squared) && p.luminance_squared >= 0;
+  return std::isfinite(p.r) && std::isfinite(p.g) && std::isfinite(p.b) && std::isfinite(p.luminance_squared) &&
+         p.luminance_squared >= 0;
 }
 
 FilmTile ReadTile(ByteReader& in, const TileGrid& grid, uint32_t expected) {
   FilmTile tile;
   tile.tile = in.Get<uint32_t>();
-  if (tile.tile != expected) in.Fail("holds tile " + std::to_string(tile.tile) + " where tile " + std::to_string(expected) + " belongs");
+  if (tile.tile != expected)
+    in.Fail("holds tile " + std::to_string(tile.tile) + " where tile " + std::to_string(expected) + " belongs");
   tile.pixels = in.GetVector<PixelSum>();
   const TileRect rect = grid.Rect(tile.tile);
   if (tile.pixels.size() != rect.pixels()) {
-    in.Fail("has " + std::to_string(tile.pixels.size()) + " pixels in tile " + std::to_string(tile.tile) + ", which has " + std::to_string(rect.pixels()));
+    in.Fail("has " + std::to_string(tile.pixels.size()) + " pixels in tile " + std::to_string(tile.tile) +
+            ", which has " + std::to_string(rect.pixels()));
   }
   const auto bad = std::find_if_not(tile.pixels.begin(), tile.pixels.end(), Sound);
   if (bad != tile.pixels.end()) {
     const auto at = static_cast<uint32_t>(bad - tile.pixels.begin());
-    in.Fail("has a pixel sum that is not finite at x " + std::to_string(rect.x0 + at % rect.width()) + ", y " + std::to_string(rect.y0 + at / rect.width()));
+    in.Fail("has a pixel sum that is not finite at x " + std::to_string(rect.x0 + at % rect.width()) + ", y " +
+            std::to_string(rect.y0 + at / rect.width()));
   }
   return tile;
 }
@@ -40,8 +44,10 @@ void Contribution::Merge(Contribution&& other) {
   const auto middle = static_cast<std::ptrdiff_t>(tiles.size());
   tiles.insert(tiles.end(), std::make_move_iterator(other.tiles.begin()), std::make_move_iterator(other.tiles.end()));
   if (!append) {
-    std::inplace_merge(tiles.begin(), tiles.begin() + middle, tiles.end(), [](const FilmTile& a, const FilmTile& b) { return a.tile < b.tile; });
-    const auto twice = std::adjacent_find(tiles.begin(), tiles.end(), [](const FilmTile& a, const FilmTile& b) { return a.tile == b.tile; });
+    std::inplace_merge(tiles.begin(), tiles.begin() + middle, tiles.end(),
+                       [](const FilmTile& a, const FilmTile& b) { return a.tile < b.tile; });
+    const auto twice = std::adjacent_find(tiles.begin(), tiles.end(),
+                                          [](const FilmTile& a, const FilmTile& b) { return a.tile == b.tile; });
     LODESTAR_CHECK(twice == tiles.end());  // the same unit merged twice
   }
   if (!statistics) {
@@ -72,9 +78,10 @@ Bytes SerializeContribution(const Contribution& contribution) {
   return Seal(std::move(out));
 }
 
-Contribution ParseContribution(const Method& method, const std::shared_ptr<const State>& state, const TileGrid& grid, const Round& round, TreeNode node,
-                               std::string_view bytes) {
-  const std::string what = "contribution of " + node.ToString() + " (iteration " + std::to_string(round.iteration) + ", round " + std::to_string(round.index) + ")";
+Contribution ParseContribution(const Method& method, const std::shared_ptr<const State>& state, const TileGrid& grid,
+                               const Round& round, TreeNode node, std::string_view bytes) {
+  const std::string what = "contribution of " + node.ToString() + " (iteration " + std::to_string(round.iteration) +
+                           ", round " + std::to_string(round.index) + ")";
   ByteReader in(OpenSealed(bytes, kMagic, kContributionVersion, what), what);
   if (round.unit_count != grid.tile_count()) in.Fail("belongs to a round of another image size");
   if (!node.ValidIn(round.unit_count)) in.Fail("names a node that does not exist in its round");

@@ -25,9 +25,12 @@ Vec3 GetVec(ByteReader& in) {
 
 void Budget::Check() const {
   const auto refuse = [](const std::string& what) { throw Error(ErrorKind::kInvalidInput, "budget: " + what); };
-  if (!(seconds >= 0) || !std::isfinite(seconds)) refuse("the time must be a number of seconds, 0 or more (0: no time budget)");
+  if (!(seconds >= 0) || !std::isfinite(seconds))
+    refuse("the time must be a number of seconds, 0 or more (0: no time budget)");
   if (!(error >= 0) || !std::isfinite(error)) refuse("the error must be a number, 0 or more (0: no error budget)");
-  if (spp > kMaxSpp) refuse(std::to_string(spp) + " samples per pixel are more than the " + std::to_string(kMaxSpp) + " that can be told apart");
+  if (spp > kMaxSpp)
+    refuse(std::to_string(spp) + " samples per pixel are more than the " + std::to_string(kMaxSpp) +
+           " that can be told apart");
 }
 
 Bytes JobSpec::Serialize() const {

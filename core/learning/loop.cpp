@@ -15,7 +15,8 @@ constexpr double kUnknown = std::numeric_limits<double>::infinity();
 constexpr uint64_t kMinPassesForErrorStop = 16;
 // The same for the variances of iterations: from the fourth on (8 passes).
 constexpr uint32_t kMinIterationForAutomatic = 3;
-// Measuring takes time, and neighbouring points tell little: one for every five per cent more passes (two where the error ends the job), 200 in all.
+// Measuring takes time, and neighbouring points tell little: one for every five per cent more passes (two where the
+// error ends the job), 200 in all.
 constexpr double kPointSpacing = 1.05, kPointSpacingByError = 1.02;
 constexpr size_t kMaxPoints = 200;
 constexpr uint32_t kMaxSide = 1 << 16;
@@ -24,8 +25,10 @@ constexpr uint64_t kMaxPixels = uint64_t{1} << 28;
 TileGrid CheckedGrid(const Survey& survey) {
   const uint32_t x = survey.resolution_x, y = survey.resolution_y;
   if (x == 0 || y == 0 || x > kMaxSide || y > kMaxSide || uint64_t{x} * y > kMaxPixels) {
-    throw Error(ErrorKind::kInvalidInput, "a picture of " + std::to_string(x) + "x" + std::to_string(y) + " pixels cannot be rendered; each side may have 1 to " +
-                                              std::to_string(kMaxSide) + ", both together " + std::to_string(kMaxPixels) + " pixels");
+    throw Error(ErrorKind::kInvalidInput, "a picture of " + std::to_string(x) + "x" + std::to_string(y) +
+                                              " pixels cannot be rendered; each side may have 1 to " +
+                                              std::to_string(kMaxSide) + ", both together " +
+                                              std::to_string(kMaxPixels) + " pixels");
   }
   return {x, y};
 }
@@ -52,7 +55,8 @@ uint32_t PassesPerRound(uint32_t width, uint32_t height) {
   return static_cast<uint32_t>(std::bit_floor(std::clamp<uint64_t>(kSamplesPerRound / pixels, 1, 64)));
 }
 
-Loop::Loop(const JobSpec& job, const Survey& survey, const MethodFactory& make_method) : job_(job), survey_(survey), grid_(CheckedGrid(survey)) {
+Loop::Loop(const JobSpec& job, const Survey& survey, const MethodFactory& make_method)
+    : job_(job), survey_(survey), grid_(CheckedGrid(survey)) {
   job_.budget.Check();
   method_ = make_method(job_, survey_);
   state_ = method_->Initial();
@@ -106,8 +110,10 @@ Round Loop::RoundAt(uint32_t iteration, uint32_t index, bool final, uint64_t don
   round.first_pass = static_cast<uint32_t>(before);
   round.unit_count = grid_.tile_count();
   round.record = !final;
-  // The last iteration's rounds begin with as many passes as there were before, so that the first picture of a job comes soon.
-  const uint64_t wanted = final ? std::bit_floor(std::max<uint64_t>(1, before)) : method_->IterationPasses(iteration) - done;
+  // The last iteration's rounds begin with as many passes as there were before, so that the first picture of a job
+  // comes soon.
+  const uint64_t wanted =
+      final ? std::bit_floor(std::max<uint64_t>(1, before)) : method_->IterationPasses(iteration) - done;
   const uint64_t most = PassesPerRound(grid_.width(), grid_.height());
   round.passes = static_cast<uint32_t>(std::min({wanted, most, SppBudget() - before}));
   return round;
@@ -162,7 +168,8 @@ void Loop::DecideStop(const Round& round, double round_seconds, const Image* ref
   if (measured) Measure(reference);
   if (finished_) return;
 
-  if (measured && job_.budget.error > 0 && error_ <= job_.budget.error && iteration_passes_ >= kMinPassesForErrorStop) return finish("error");
+  if (measured && job_.budget.error > 0 && error_ <= job_.budget.error && iteration_passes_ >= kMinPassesForErrorStop)
+    return finish("error");
   if (iteration_complete_) {
     next_is_final_ = EndsTraining(iteration_ + 1);
     previous_prediction_ = PredictedVariance();
@@ -203,7 +210,8 @@ bool Loop::EndsTraining(uint32_t next) const {
     const double needed = static_cast<double>(CombinedPasses(films_, weights)) * error_ / job_.budget.error;
     if (needed < static_cast<double>(two_doublings)) return true;
   }
-  if (method_->combination().kind == Method::Combination::Kind::kAutomatic && iteration_ >= kMinIterationForAutomatic && previous_prediction_ > 0) {
+  if (method_->combination().kind == Method::Combination::Kind::kAutomatic && iteration_ >= kMinIterationForAutomatic &&
+      previous_prediction_ > 0) {
     return PredictedVariance() >= previous_prediction_;
   }
   return false;
@@ -247,7 +255,9 @@ void Loop::BeginIteration() {
 
 // ---- Results ----
 
-Image Loop::Develop() const { return Combine(films_, CombinationWeights(films_, method_->combination())); }
+Image Loop::Develop() const {
+  return Combine(films_, CombinationWeights(films_, method_->combination()));
+}
 
 void Loop::Measure(const Image* reference) {
   const std::vector<double> weights = CombinationWeights(films_, method_->combination());
@@ -282,7 +292,8 @@ JobProgress Loop::Progress(double seconds_per_pass) const {
   consider(passes / spp, (spp - passes) * seconds_per_pass);
   if (budget.seconds > 0) consider(seconds_ / budget.seconds, budget.seconds - seconds_);
   // Variance falls with the number of passes.
-  if (budget.error > 0 && std::isfinite(error_)) consider(error_ > 0 ? budget.error / error_ : 1, passes * (error_ / budget.error - 1) * seconds_per_pass);
+  if (budget.error > 0 && std::isfinite(error_))
+    consider(error_ > 0 ? budget.error / error_ : 1, passes * (error_ / budget.error - 1) * seconds_per_pass);
   if (finished_) progress.fraction = 1, left = 0;
   progress.seconds_left = left;
   return progress;

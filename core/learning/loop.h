@@ -1,5 +1,6 @@
-// The loop: state -> rounds -> merge -> advance, written once. It takes an executor (threads of this process, or leases of the farm), decides stops
-// at round edges, accumulates the image, and records error against run time. Its whole position can be checkpointed and restored.
+// The loop: state -> rounds -> merge -> advance, written once. It takes an executor (threads of this process, or leases
+// of the farm), decides stops at round edges, accumulates the image, and records error against run time. Its whole
+// position can be checkpointed and restored.
 #pragma once
 
 #include <functional>
@@ -21,18 +22,20 @@ class Executor {
  public:
   virtual ~Executor() = default;
   // Blocks until every unit of the round is merged; nothing where `stop` was requested first.
-  virtual std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) = 0;
-  // Called before Execute(state, round): the round that would come after it under the same state, if no budget ends the run first. An executor
-  // may begin it while `round` drains, and must be ready to throw it away. The loop leaves this out where the state will advance in between.
+  virtual std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                              const StopToken& stop) = 0;
+  // Called before Execute(state, round): the round that would come after it under the same state, if no budget ends the
+  // run first. An executor may begin it while `round` drains, and must be ready to throw it away. The loop leaves this
+  // out where the state will advance in between.
   virtual void Announce(const std::shared_ptr<const State>& state, const Round& next) {}
 };
 
 // One point of error against run time.
 struct ErrorPoint {
   double seconds = 0;
-  uint64_t spp = 0;        // passes rendered so far, training included
+  uint64_t spp = 0;  // passes rendered so far, training included
   uint32_t iteration = 0;
-  double relmse_estimated = 0;          // trimmed, from the pixel variances; infinity while unknown (one pass)
+  double relmse_estimated = 0;  // trimmed, from the pixel variances; infinity while unknown (one pass)
   std::optional<ErrorMetrics> against_reference;
 };
 
@@ -40,9 +43,9 @@ struct JobProgress {
   uint32_t iteration = 0;
   uint64_t passes = 0;
   double seconds = 0;
-  double relmse_estimated = 0;       // the last measured; infinity while unknown
-  double fraction = 0;               // of the nearest budget
-  double seconds_left = -1;          // -1: unknown
+  double relmse_estimated = 0;  // the last measured; infinity while unknown
+  double fraction = 0;          // of the nearest budget
+  double seconds_left = -1;     // -1: unknown
   uint64_t rays = 0, paths = 0, vertices = 0;
 };
 
@@ -53,11 +56,12 @@ struct JobReport {
   HealthReport health;
   uint64_t passes = 0;
   uint32_t iterations = 0;
-  int training_iterations = 0;       // with `passes`, what a replay needs
+  int training_iterations = 0;  // with `passes`, what a replay needs
   double seconds = 0, seconds_learning = 0;
   uint64_t rays = 0, paths = 0, vertices = 0;
-  std::string stop_reason;           // "spp", "time", "error", "stopped"
-  // Where the run ended (FinalReport; empty before): SHA-256 of the state's bytes, and of the image's floats (ImageHash).
+  std::string stop_reason;  // "spp", "time", "error", "stopped"
+  // Where the run ended (FinalReport; empty before): SHA-256 of the state's bytes, and of the image's floats
+  // (ImageHash).
   ContentHash state_hash, image_hash;
 };
 
@@ -67,17 +71,18 @@ ContentHash ImageHash(const Image& image);
 // Makes the method of a job; a loop takes another than MakeMethod where tests or research bring their own.
 using MethodFactory = std::function<std::unique_ptr<Method>(const JobSpec&, const Survey&)>;
 
-// Iterations. Those before the last train: they have as many passes as the method says, and what they recorded advances the state. The last one
-// only renders and takes what the budget still gives. When training ends is decided at iteration ends and stored: after
-// JobSpec::training_iterations, or the method's own number; else when the next iteration would leave less than half of the budget (by spp: less than
-// the next two doublings together; by time and error: predicted) to the last one; and for Combination::kAutomatic once the predicted final variance
-// stops falling (Mueller et al. 2017, section 5.3).
+// Iterations. Those before the last train: they have as many passes as the method says, and what they recorded advances
+// the state. The last one only renders and takes what the budget still gives. When training ends is decided at
+// iteration ends and stored: after JobSpec::training_iterations, or the method's own number; else when the next
+// iteration would leave less than half of the budget (by spp: less than the next two doublings together; by time and
+// error: predicted) to the last one; and for Combination::kAutomatic once the predicted final variance stops falling
+// (Mueller et al. 2017, section 5.3).
 class Loop {
  public:
   struct Hooks {
-    std::function<void(const JobProgress&)> progress = {};                // after each round
-    std::function<void(const Loop&)> checkpoint = {};                     // at safe points: after each round and each advance
-    std::shared_ptr<const Image> reference = {};                          // error points are measured against it where given
+    std::function<void(const JobProgress&)> progress = {};  // after each round
+    std::function<void(const Loop&)> checkpoint = {};       // at safe points: after each round and each advance
+    std::shared_ptr<const Image> reference = {};            // error points are measured against it where given
   };
 
   // Throws Error(kInvalidInput) for budgets, resolutions, methods and options that make no sense.
@@ -85,12 +90,12 @@ class Loop {
   // From Checkpoint(); throws Error(kCorrupt) or (kConflict) on bytes of another version.
   static std::unique_ptr<Loop> Restore(std::string_view checkpoint, const MethodFactory& make_method = MakeMethod);
 
-  // Runs to the budget or to a stop request (which leaves the loop at the last round's edge; Run() again goes on from there). Time is the
-  // executor's, merging and advancing included, hooks and error measurement not. What the executor or a hook throws passes through, with the loop at
-  // the last edge.
+  // Runs to the budget or to a stop request (which leaves the loop at the last round's edge; Run() again goes on from
+  // there). Time is the executor's, merging and advancing included, hooks and error measurement not. What the executor
+  // or a hook throws passes through, with the loop at the last edge.
   void Run(Executor& executor, const StopToken& stop, const Hooks& hooks, const Clock& clock = Clock::Steady());
 
-  Image Develop() const;                     // the image so far; black before the first round
+  Image Develop() const;  // the image so far; black before the first round
   JobReport Report() const;
   Bytes Checkpoint() const;
   bool finished() const { return finished_; }
@@ -127,26 +132,26 @@ class Loop {
   TileGrid grid_;
   std::unique_ptr<Method> method_;
   std::shared_ptr<const State> state_;
-  std::vector<IterationFilm> films_;         // those that still can enter the image; the last is the current iteration's
-  std::unique_ptr<Statistics> learned_;      // of the current iteration, rounds merged
+  std::vector<IterationFilm> films_;     // those that still can enter the image; the last is the current iteration's
+  std::unique_ptr<Statistics> learned_;  // of the current iteration, rounds merged
   uint32_t iteration_ = 0, round_ = 0;
   uint64_t iteration_passes_ = 0, passes_ = 0;
   bool final_iteration_ = false;
-  bool iteration_complete_ = false;          // the advance comes next, and next_is_final_ is decided
+  bool iteration_complete_ = false;  // the advance comes next, and next_is_final_ is decided
   bool next_is_final_ = false, finished_ = false;
   double seconds_ = 0, seconds_learning_ = 0;
   double iteration_seconds_ = 0, last_advance_seconds_ = 0;
-  double previous_prediction_ = 0;           // Combination::kAutomatic; 0: none yet
-  double error_ = 0;                         // last measured estimate; infinity: unknown
-  JobReport report_;                         // points, health, counters and stop reason; Report() adds the rest
+  double previous_prediction_ = 0;  // Combination::kAutomatic; 0: none yet
+  double error_ = 0;                // last measured estimate; infinity: unknown
+  JobReport report_;                // points, health, counters and stop reason; Report() adds the rest
 };
 
-// The report of a run that has ended, hashes included; `image` is what it has developed. Two runs of one job that ended after as many passes and
-// training iterations have the same hashes, wherever they ran.
+// The report of a run that has ended, hashes included; `image` is what it has developed. Two runs of one job that ended
+// after as many passes and training iterations have the same hashes, wherever they ran.
 JobReport FinalReport(const Loop& loop, const Image& image);
 
-// Passes in a round: enough samples that a round's overhead vanishes and few enough that budgets by time are met closely; a function of the
-// resolution alone.
+// Passes in a round: enough samples that a round's overhead vanishes and few enough that budgets by time are met
+// closely; a function of the resolution alone.
 uint32_t PassesPerRound(uint32_t width, uint32_t height);
 
 }  // namespace lodestar

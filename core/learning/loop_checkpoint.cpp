@@ -89,8 +89,10 @@ class LoopCheckpoint {
     out.Put(loop.round_);
     out.Put(loop.iteration_passes_);
     out.Put(loop.passes_);
-    for (const bool flag : {loop.final_iteration_, loop.iteration_complete_, loop.next_is_final_, loop.finished_}) out.Put<uint8_t>(flag ? 1 : 0);
-    for (const double value : {loop.seconds_, loop.seconds_learning_, loop.iteration_seconds_, loop.last_advance_seconds_, loop.previous_prediction_, loop.error_}) {
+    for (const bool flag : {loop.final_iteration_, loop.iteration_complete_, loop.next_is_final_, loop.finished_})
+      out.Put<uint8_t>(flag ? 1 : 0);
+    for (const double value : {loop.seconds_, loop.seconds_learning_, loop.iteration_seconds_,
+                               loop.last_advance_seconds_, loop.previous_prediction_, loop.error_}) {
       out.Put(value);
     }
   }
@@ -100,8 +102,10 @@ class LoopCheckpoint {
     loop->round_ = in.Get<uint32_t>();
     loop->iteration_passes_ = in.Get<uint64_t>();
     loop->passes_ = in.Get<uint64_t>();
-    for (bool* flag : {&loop->final_iteration_, &loop->iteration_complete_, &loop->next_is_final_, &loop->finished_}) *flag = ReadFlag(in);
-    for (double* value : {&loop->seconds_, &loop->seconds_learning_, &loop->iteration_seconds_, &loop->last_advance_seconds_, &loop->previous_prediction_}) {
+    for (bool* flag : {&loop->final_iteration_, &loop->iteration_complete_, &loop->next_is_final_, &loop->finished_})
+      *flag = ReadFlag(in);
+    for (double* value : {&loop->seconds_, &loop->seconds_learning_, &loop->iteration_seconds_,
+                          &loop->last_advance_seconds_, &loop->previous_prediction_}) {
       *value = ReadSeconds(in);
     }
     loop->error_ = in.Get<double>();
@@ -109,7 +113,8 @@ class LoopCheckpoint {
     const uint64_t bound = loop->method_->IterationPasses(loop->iteration_);
     const bool training = !loop->final_iteration_;
     const bool fits = loop->iteration_passes_ <= loop->passes_ && loop->passes_ <= loop->SppBudget() &&
-                      (loop->finished_ || loop->passes_ < loop->SppBudget()) && (!training || (bound > 0 && loop->iteration_passes_ <= bound)) &&
+                      (loop->finished_ || loop->passes_ < loop->SppBudget()) &&
+                      (!training || (bound > 0 && loop->iteration_passes_ <= bound)) &&
                       (!loop->iteration_complete_ || (training && loop->iteration_passes_ == bound)) &&
                       (!training || loop->finished_ || loop->iteration_complete_ || loop->iteration_passes_ < bound);
     if (!fits) in.Fail("has a position that its job cannot be in");
@@ -118,15 +123,18 @@ class LoopCheckpoint {
   static void ReadFilms(ByteReader& in, Loop* loop) {
     loop->films_.clear();
     const auto count = in.Get<uint64_t>();
-    if (count == 0 || count > FilmsToKeep(loop->method_->combination()) + 1) in.Fail("has a number of films that its method cannot have");
+    if (count == 0 || count > FilmsToKeep(loop->method_->combination()) + 1)
+      in.Fail("has a number of films that its method cannot have");
     for (uint64_t i = 0; i < count; ++i) {
       IterationFilm film;
       film.iteration = in.Get<uint32_t>();
       film.film = Film::Read(in);
-      if (film.film.width() != loop->grid_.width() || film.film.height() != loop->grid_.height()) in.Fail("has a film of another size than its job's");
+      if (film.film.width() != loop->grid_.width() || film.film.height() != loop->grid_.height())
+        in.Fail("has a film of another size than its job's");
       loop->films_.push_back(std::move(film));
     }
-    if (loop->films_.back().iteration != loop->iteration_ || loop->films_.back().film.passes() != loop->iteration_passes_) {
+    if (loop->films_.back().iteration != loop->iteration_ ||
+        loop->films_.back().film.passes() != loop->iteration_passes_) {
       in.Fail("has a last film that is not the current iteration's");
     }
   }
@@ -153,8 +161,12 @@ class LoopCheckpoint {
   }
 };
 
-Bytes Loop::Checkpoint() const { return LoopCheckpoint::Write(*this); }
+Bytes Loop::Checkpoint() const {
+  return LoopCheckpoint::Write(*this);
+}
 
-std::unique_ptr<Loop> Loop::Restore(std::string_view checkpoint, const MethodFactory& make_method) { return LoopCheckpoint::Read(checkpoint, make_method); }
+std::unique_ptr<Loop> Loop::Restore(std::string_view checkpoint, const MethodFactory& make_method) {
+  return LoopCheckpoint::Read(checkpoint, make_method);
+}
 
 }  // namespace lodestar

@@ -15,8 +15,12 @@ struct Registered {
 // One line a method.
 const std::vector<Registered>& Registry() {
   static const std::vector<Registered> kRegistry = {
-      {PathMethod::Entry(), [](const JobSpec& job, const Survey&) -> std::unique_ptr<Method> { return std::make_unique<PathMethod>(job); }},
-      {SdTreeMethod::Entry(), [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> { return std::make_unique<SdTreeMethod>(job, survey); }},
+      {PathMethod::Entry(),
+       [](const JobSpec& job, const Survey&) -> std::unique_ptr<Method> { return std::make_unique<PathMethod>(job); }},
+      {SdTreeMethod::Entry(),
+       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
+         return std::make_unique<SdTreeMethod>(job, survey);
+       }},
   };
   return kRegistry;
 }

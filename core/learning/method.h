@@ -1,5 +1,6 @@
-// The learning half of a method: it knows no scene and no ray. A method is `initial -> (plan -> units -> merge -> advance)*`, and the loop
-// (loop.h) drives it; the tracing half (core/tracing) renders its units. One instance serves one job.
+// The learning half of a method: it knows no scene and no ray. A method is `initial -> (plan -> units -> merge ->
+// advance)*`, and the loop (loop.h) drives it; the tracing half (core/tracing) renders its units. One instance serves
+// one job.
 #pragma once
 
 #include <memory>
@@ -22,8 +23,9 @@ class State {
   virtual Bytes Serialize() const = 0;
 };
 
-// What units learned. Merging is exact: associative and commutative to the bit (integers, fixed-point sums, disjoint unions), so that neither
-// threads nor workers nor the order of arrival can show in a result (docs/decisions/0002-exact-sums.md).
+// What units learned. Merging is exact: associative and commutative to the bit (integers, fixed-point sums, disjoint
+// unions), so that neither threads nor workers nor the order of arrival can show in a result
+// (docs/decisions/0002-exact-sums.md).
 class Statistics {
  public:
   virtual ~Statistics() = default;
@@ -31,10 +33,11 @@ class Statistics {
   virtual Bytes Serialize() const = 0;
 };
 
-// The result of some node of a round's tree: the tiles of its units, and what they learned. Absent parts are absent, not zero.
+// The result of some node of a round's tree: the tiles of its units, and what they learned. Absent parts are absent,
+// not zero.
 struct Contribution {
-  std::vector<FilmTile> tiles;               // ascending by tile, no tile twice
-  std::unique_ptr<Statistics> statistics;    // null: nothing was recorded
+  std::vector<FilmTile> tiles;             // ascending by tile, no tile twice
+  std::unique_ptr<Statistics> statistics;  // null: nothing was recorded
   HealthReport health;
   uint64_t paths = 0, rays = 0, vertices = 0;
 
@@ -54,8 +57,10 @@ class Method {
   virtual std::shared_ptr<const State> ParseState(std::string_view bytes) const = 0;
   // Null for methods that learn nothing.
   virtual std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const = 0;
-  virtual std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state, std::string_view bytes) const = 0;
-  virtual std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const Statistics* statistics, uint32_t iteration, uint64_t passes) const = 0;
+  virtual std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
+                                                      std::string_view bytes) const = 0;
+  virtual std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const Statistics* statistics,
+                                               uint32_t iteration, uint64_t passes) const = 0;
   // Passes of iteration k if the job goes on for ever; 0: unbounded (a method that learns nothing, or has stopped).
   virtual uint64_t IterationPasses(uint32_t iteration) const = 0;
 
@@ -64,7 +69,8 @@ class Method {
     uint32_t last = 4;  // iterations that enter the image
   };
   virtual Combination combination() const { return {}; }
-  // Iterations to train where the method's own options fix them; -1: the loop decides (JobSpec::training_iterations comes first).
+  // Iterations to train where the method's own options fix them; -1: the loop decides (JobSpec::training_iterations
+  // comes first).
   virtual int TrainingIterations() const { return -1; }
 };
 

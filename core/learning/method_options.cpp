@@ -13,7 +13,8 @@ bool ParseNumber(std::string_view text, double* value) {
   return error == std::errc() && end == text.data() + text.size() && std::isfinite(*value);
 }
 
-MethodOptions::MethodOptions(std::string method, std::span<const OptionHelp> known, const std::map<std::string, std::string>& given)
+MethodOptions::MethodOptions(std::string method, std::span<const OptionHelp> known,
+                             const std::map<std::string, std::string>& given)
     : method_(std::move(method)), known_(known), given_(given) {
   for (const auto& [name, value] : given) {
     if (std::any_of(known.begin(), known.end(), [&](const OptionHelp& o) { return o.name == name; })) continue;
@@ -47,7 +48,8 @@ int MethodOptions::Integer(std::string_view name, int low, int high) const {
 }
 
 void MethodOptions::Refuse(std::string_view name) const {
-  throw Error(ErrorKind::kInvalidInput, "option '" + std::string(name) + "' of method '" + method_ + "' cannot be '" + Text(name) + "'; it takes " + Help(name).values);
+  throw Error(ErrorKind::kInvalidInput, "option '" + std::string(name) + "' of method '" + method_ + "' cannot be '" +
+                                            Text(name) + "'; it takes " + Help(name).values);
 }
 
 }  // namespace lodestar

@@ -1,4 +1,5 @@
-// Reading a method's options: texts by name, checked against the method's documentation, so that what is documented and what is read cannot drift apart.
+// Reading a method's options: texts by name, checked against the method's documentation, so that what is documented and
+// what is read cannot drift apart.
 #pragma once
 
 #include <map>

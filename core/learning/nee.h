@@ -5,7 +5,8 @@
 
 namespace lodestar {
 
-// Kickstart: in the first kKickstartIterations only, while the guide knows too little to find the lights itself (Mueller 2019, section 10.5).
+// Kickstart: in the first kKickstartIterations only, while the guide knows too little to find the lights itself
+// (Mueller 2019, section 10.5).
 enum class NeeMode : uint8_t { kNever, kKickstart, kAlways };
 inline constexpr uint32_t kKickstartIterations = 3;
 

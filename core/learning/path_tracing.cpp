@@ -16,7 +16,8 @@ class NoState final : public State {
 MethodEntry PathMethod::Entry() {
   return {"path",
           "path tracing without guiding",
-          {{"nee", "always | never", "always", "next event estimation: sample a light at each vertex, MIS-weighted; 'never' only to compare against"}}};
+          {{"nee", "always | never", "always",
+            "next event estimation: sample a light at each vertex, MIS-weighted; 'never' only to compare against"}}};
 }
 
 PathMethod::PathMethod(const JobSpec& job) {
@@ -25,10 +26,14 @@ PathMethod::PathMethod(const JobSpec& job) {
   options_.nee = given.Choice<NeeMode>("nee", {{"always", NeeMode::kAlways}, {"never", NeeMode::kNever}});
 }
 
-std::shared_ptr<const State> PathMethod::Initial() const { return std::make_shared<NoState>(); }
+std::shared_ptr<const State> PathMethod::Initial() const {
+  return std::make_shared<NoState>();
+}
 
 std::shared_ptr<const State> PathMethod::ParseState(std::string_view bytes) const {
-  if (!bytes.empty()) throw Error(ErrorKind::kCorrupt, "state of method 'path' has " + std::to_string(bytes.size()) + " bytes; it is always empty");
+  if (!bytes.empty())
+    throw Error(ErrorKind::kCorrupt,
+                "state of method 'path' has " + std::to_string(bytes.size()) + " bytes; it is always empty");
   return Initial();
 }
 

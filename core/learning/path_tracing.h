@@ -1,4 +1,5 @@
-// The learning half of plain path tracing: there is nothing to learn, one iteration lasts for the whole job, and all its samples enter one film.
+// The learning half of plain path tracing: there is nothing to learn, one iteration lasts for the whole job, and all
+// its samples enter one film.
 #pragma once
 
 #include "core/learning/method.h"
@@ -21,8 +22,12 @@ class PathMethod final : public Method {
   std::shared_ptr<const State> Initial() const override;
   std::shared_ptr<const State> ParseState(std::string_view bytes) const override;
   std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>&) const override { return nullptr; }
-  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state, std::string_view bytes) const override;
-  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const Statistics*, uint32_t, uint64_t) const override { return state; }
+  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
+                                              std::string_view bytes) const override;
+  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const Statistics*, uint32_t,
+                                       uint64_t) const override {
+    return state;
+  }
   uint64_t IterationPasses(uint32_t) const override { return 0; }
   Combination combination() const override { return {Combination::Kind::kDiscard, 1}; }
 

@@ -16,7 +16,8 @@ std::pair<Parts::const_iterator, Parts::const_iterator> Below(const Parts& parts
   const uint32_t shift = node.level - level;
   const uint64_t end = (uint64_t{node.index} + 1) << shift;
   const auto first = parts.lower_bound({level, node.index << shift});
-  const auto last = end > ~0u ? parts.lower_bound({level + 1, 0}) : parts.lower_bound({level, static_cast<uint32_t>(end)});
+  const auto last =
+      end > ~0u ? parts.lower_bound({level + 1, 0}) : parts.lower_bound({level, static_cast<uint32_t>(end)});
   return {first, last};
 }
 
@@ -30,7 +31,9 @@ bool AnyBelow(const Parts& parts, TreeNode node) {
 
 }  // namespace
 
-RoundReduction::RoundReduction(uint32_t unit_count) : unit_count_(unit_count) { LODESTAR_CHECK(unit_count > 0); }
+RoundReduction::RoundReduction(uint32_t unit_count) : unit_count_(unit_count) {
+  LODESTAR_CHECK(unit_count > 0);
+}
 
 bool RoundReduction::Covered(TreeNode node) const {
   const uint32_t root = TreeNode::Root(unit_count_).level;
@@ -42,7 +45,8 @@ bool RoundReduction::Covered(TreeNode node) const {
 
 RoundReduction::Outcome RoundReduction::Commit(TreeNode node, Contribution contribution) {
   if (!node.ValidIn(unit_count_)) {
-    throw Error(ErrorKind::kInvalidInput, node.ToString() + " does not exist in a round of " + std::to_string(unit_count_) + " units");
+    throw Error(ErrorKind::kInvalidInput,
+                node.ToString() + " does not exist in a round of " + std::to_string(unit_count_) + " units");
   }
   if (Covered(node)) return Outcome::kCovered;
 
@@ -72,7 +76,9 @@ RoundReduction::Outcome RoundReduction::Commit(TreeNode node, Contribution contr
   return Outcome::kCommitted;
 }
 
-bool RoundReduction::Complete() const { return committed_units_ == unit_count_; }
+bool RoundReduction::Complete() const {
+  return committed_units_ == unit_count_;
+}
 
 std::vector<TreeNode> RoundReduction::Nodes() const {
   std::vector<TreeNode> nodes;

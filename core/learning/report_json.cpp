@@ -10,11 +10,14 @@ namespace {
 using Json = nlohmann::json;
 
 // JSON knows no infinities: they are null.
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json Number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
 
 Json HealthToJson(const HealthReport& health) {
   Json counts = Json::object();
-  for (int i = 0; i < kHealthEvents; ++i) counts[HealthEventName(static_cast<HealthEvent>(i))] = health.counts[static_cast<size_t>(i)];
+  for (int i = 0; i < kHealthEvents; ++i)
+    counts[HealthEventName(static_cast<HealthEvent>(i))] = health.counts[static_cast<size_t>(i)];
   Json json = {{"total", health.total()}, {"counts", counts}};
   if (health.first.exists()) {
     json["first"] = {{"event", HealthEventName(health.first.event)},
@@ -54,7 +57,10 @@ Json MetricsToJson(const ErrorMetrics& metrics) {
 Json PointsToJson(const std::vector<ErrorPoint>& points) {
   Json list = Json::array();
   for (const ErrorPoint& point : points) {
-    Json json = {{"seconds", Number(point.seconds)}, {"spp", point.spp}, {"iteration", point.iteration}, {"relmse_estimated", Number(point.relmse_estimated)}};
+    Json json = {{"seconds", Number(point.seconds)},
+                 {"spp", point.spp},
+                 {"iteration", point.iteration},
+                 {"relmse_estimated", Number(point.relmse_estimated)}};
     if (point.against_reference) json["reference"] = MetricsToJson(*point.against_reference);
     list.push_back(std::move(json));
   }
@@ -78,8 +84,9 @@ std::vector<ErrorPoint> PointsFromJson(const Json& list) {
     point.relmse_estimated = estimated != json.end() && estimated->is_number() ? estimated->get<double>() : INFINITY;
     if (!(point.relmse_estimated >= 0)) point.relmse_estimated = INFINITY;
     if (const auto reference = json.find("reference"); reference != json.end() && reference->is_object()) {
-      point.against_reference = ErrorMetrics{number(*reference, "rmse"), number(*reference, "mse"), number(*reference, "mae"),
-                                             number(*reference, "relmse"), number(*reference, "relmse_trimmed")};
+      point.against_reference =
+          ErrorMetrics{number(*reference, "rmse"), number(*reference, "mse"), number(*reference, "mae"),
+                       number(*reference, "relmse"), number(*reference, "relmse_trimmed")};
     }
     points.push_back(point);
   }
@@ -120,16 +127,19 @@ Json ReportToJson(const JobReport& report) {
   return json;
 }
 
-std::string DumpJson(const Json& json, int indent) { return json.dump(indent, ' ', false, Json::error_handler_t::replace); }
+std::string DumpJson(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 
 std::string PointsToCsv(const std::string& label, uint64_t seed, const std::vector<ErrorPoint>& points) {
   std::string csv;
   const std::string name = CsvText(label);
   for (const ErrorPoint& point : points) {
-    csv += name + "," + std::to_string(seed) + "," + CsvNumber(point.seconds) + "," + std::to_string(point.spp) + "," + std::to_string(point.iteration) + "," +
-           CsvNumber(point.relmse_estimated);
+    csv += name + "," + std::to_string(seed) + "," + CsvNumber(point.seconds) + "," + std::to_string(point.spp) + "," +
+           std::to_string(point.iteration) + "," + CsvNumber(point.relmse_estimated);
     if (const auto& m = point.against_reference) {
-      for (const double value : {m->rmse, m->mse, m->mae, m->relmse, m->relmse_trimmed}) (csv += ",") += CsvNumber(value);
+      for (const double value : {m->rmse, m->mse, m->mae, m->relmse, m->relmse_trimmed})
+        (csv += ",") += CsvNumber(value);
     } else {
       csv += ",,,,,";
     }

@@ -21,6 +21,8 @@ TreeNode TreeNode::Root(uint32_t unit_count) {
   return {static_cast<uint32_t>(std::bit_width(unit_count - 1)), 0};
 }
 
-std::string TreeNode::ToString() const { return "node " + std::to_string(index) + " of level " + std::to_string(level); }
+std::string TreeNode::ToString() const {
+  return "node " + std::to_string(index) + " of level " + std::to_string(level);
+}
 
 }  // namespace lodestar

@@ -57,24 +57,32 @@ MethodEntry SdTreeMethod::Entry() {
               {"preset", "default | 2017 | 2019", "default",
                "starting values of the other options: ours (recommended), or those of the papers, for comparisons"},
               {"nee", "never | kickstart | always", preset,
-               "next event estimation; kickstart: in the first three iterations only. Default always; 2017 never, 2019 kickstart. Recommended: "
+               "next event estimation; kickstart: in the first three iterations only. Default always; 2017 never, 2019 "
+               "kickstart. Recommended: "
                "always, unless no light can be seen from where most paths go"},
               {"combine", "discard | automatic | inverse-variance", preset,
-               "how iterations become the image: the longest alone; the same, and training stops once the predicted final variance stops falling; the "
-               "last four by their variance. Default and 2019 inverse-variance (recommended), 2017 automatic; discard is strictly unbiased"},
+               "how iterations become the image: the longest alone; the same, and training stops once the predicted "
+               "final variance stops falling; the "
+               "last four by their variance. Default and 2019 inverse-variance (recommended), 2017 automatic; discard "
+               "is strictly unbiased"},
               {"spatial-filter", "nearest | stochastic | box", preset,
-               "which spatial leaves a record goes to. Default and 2019 stochastic (recommended), 2017 nearest; box is smoothest and slowest"},
+               "which spatial leaves a record goes to. Default and 2019 stochastic (recommended), 2017 nearest; box is "
+               "smoothest and slowest"},
               {"directional-filter", "nearest | box", preset,
                "the same for directions. Default and 2019 box (recommended), 2017 nearest"},
               {"bsdf-fraction", "learned-kl | learned-variance | a number from 0.05 to 0.95", preset,
-               "share of directions that the BSDF samples: learned per leaf, or fixed. Default and 2019 learned-kl (recommended), 2017 0.5; "
+               "share of directions that the BSDF samples: learned per leaf, or fixed. Default and 2019 learned-kl "
+               "(recommended), 2017 0.5; "
                "learned-variance is optimal in theory and suffers from outliers"},
               {"spatial-threshold", "a number from 1 to 1e12", preset,
-               "c: a spatial leaf splits above c * sqrt(passes / 4) records. Default and 2019 4000, 2017 12000; less for long renders of intricate light"},
-              {"flux-threshold", "a number from 1e-5 to 1", preset, "a directional cell splits above this share of its tree's flux. Default and papers 0.01"},
+               "c: a spatial leaf splits above c * sqrt(passes / 4) records. Default and 2019 4000, 2017 12000; less "
+               "for long renders of intricate light"},
+              {"flux-threshold", "a number from 1e-5 to 1", preset,
+               "a directional cell splits above this share of its tree's flux. Default and papers 0.01"},
               {"max-depth", "an integer from 1 to 20", preset, "levels of a directional tree. Default and papers 20"},
               {"training", "auto | a number of iterations from 0 to 30", "auto",
-               "iterations to learn in before the last one, which only renders; iteration k has 2^k passes. auto (recommended): as many as leave "
+               "iterations to learn in before the last one, which only renders; iteration k has 2^k passes. auto "
+               "(recommended): as many as leave "
                "at least half of the budget to the last"},
           }};
 }
@@ -87,23 +95,27 @@ SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey) : bounds_(s
   options_ = Preset(given);
   Tree& tree = options_.tree;
   if (given.Has("nee")) {
-    options_.nee = given.Choice<NeeMode>("nee", {{"never", NeeMode::kNever}, {"kickstart", NeeMode::kKickstart}, {"always", NeeMode::kAlways}});
+    options_.nee = given.Choice<NeeMode>(
+        "nee", {{"never", NeeMode::kNever}, {"kickstart", NeeMode::kKickstart}, {"always", NeeMode::kAlways}});
   }
   if (given.Has("combine")) {
-    options_.combination.kind =
-        given.Choice<Kind>("combine", {{"discard", Kind::kDiscard}, {"automatic", Kind::kAutomatic}, {"inverse-variance", Kind::kInverseVariance}});
+    options_.combination.kind = given.Choice<Kind>(
+        "combine",
+        {{"discard", Kind::kDiscard}, {"automatic", Kind::kAutomatic}, {"inverse-variance", Kind::kInverseVariance}});
   }
   if (given.Has("spatial-filter")) {
-    tree.spatial_filter = given.Choice<Tree::SpatialFilter>(
-        "spatial-filter",
-        {{"nearest", Tree::SpatialFilter::kNearest}, {"stochastic", Tree::SpatialFilter::kStochastic}, {"box", Tree::SpatialFilter::kBox}});
+    tree.spatial_filter =
+        given.Choice<Tree::SpatialFilter>("spatial-filter", {{"nearest", Tree::SpatialFilter::kNearest},
+                                                             {"stochastic", Tree::SpatialFilter::kStochastic},
+                                                             {"box", Tree::SpatialFilter::kBox}});
   }
   if (given.Has("directional-filter")) {
     tree.directional_filter = given.Choice<Tree::DirectionalFilter>(
         "directional-filter", {{"nearest", Tree::DirectionalFilter::kNearest}, {"box", Tree::DirectionalFilter::kBox}});
   }
   if (given.Has("bsdf-fraction")) ReadBsdfFraction(given, &tree);
-  if (given.Has("spatial-threshold")) tree.spatial_threshold = static_cast<float>(given.Number("spatial-threshold", 1, 1e12));
+  if (given.Has("spatial-threshold"))
+    tree.spatial_threshold = static_cast<float>(given.Number("spatial-threshold", 1, 1e12));
   if (given.Has("flux-threshold")) tree.flux_threshold = static_cast<float>(given.Number("flux-threshold", 1e-5, 1));
   if (given.Has("max-depth")) tree.max_directional_depth = given.Integer("max-depth", 1, 20);
   if (given.Text("training") != "auto") options_.training = given.Integer("training", 0, 30);
@@ -116,24 +128,31 @@ void SdTreeGuidingStatistics::Merge(const Statistics& other) {
   sums_.Merge(cast->sums_);
 }
 
-std::shared_ptr<const State> SdTreeMethod::Initial() const { return std::make_shared<SdTreeState>(SdTree::Initial(bounds_, options_.tree)); }
+std::shared_ptr<const State> SdTreeMethod::Initial() const {
+  return std::make_shared<SdTreeState>(SdTree::Initial(bounds_, options_.tree));
+}
 
-std::shared_ptr<const State> SdTreeMethod::ParseState(std::string_view bytes) const { return std::make_shared<SdTreeState>(SdTree::Parse(bytes)); }
+std::shared_ptr<const State> SdTreeMethod::ParseState(std::string_view bytes) const {
+  return std::make_shared<SdTreeState>(SdTree::Parse(bytes));
+}
 
 std::unique_ptr<Statistics> SdTreeMethod::NewStatistics(const std::shared_ptr<const State>& state) const {
   return std::make_unique<SdTreeGuidingStatistics>(SdTreeStatistics(AsSdTree(state).shared_tree()));
 }
 
-std::unique_ptr<Statistics> SdTreeMethod::ParseStatistics(const std::shared_ptr<const State>& state, std::string_view bytes) const {
+std::unique_ptr<Statistics> SdTreeMethod::ParseStatistics(const std::shared_ptr<const State>& state,
+                                                          std::string_view bytes) const {
   return std::make_unique<SdTreeGuidingStatistics>(SdTreeStatistics::Parse(AsSdTree(state).shared_tree(), bytes));
 }
 
-std::shared_ptr<const State> SdTreeMethod::Advance(const std::shared_ptr<const State>& state, const Statistics* statistics, uint32_t iteration,
+std::shared_ptr<const State> SdTreeMethod::Advance(const std::shared_ptr<const State>& state,
+                                                   const Statistics* statistics, uint32_t iteration,
                                                    uint64_t passes) const {
   if (statistics == nullptr) return state;  // no unit recorded anything
   const auto* learned = dynamic_cast<const SdTreeGuidingStatistics*>(statistics);
   LODESTAR_CHECK(learned != nullptr);
-  return std::make_shared<SdTreeState>(lodestar::Advance(AsSdTree(state).tree(), learned->sums(), static_cast<double>(passes)));
+  return std::make_shared<SdTreeState>(
+      lodestar::Advance(AsSdTree(state).tree(), learned->sums(), static_cast<double>(passes)));
 }
 
 }  // namespace lodestar

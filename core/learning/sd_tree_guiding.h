@@ -1,5 +1,5 @@
-// The learning half of SD-tree guiding (Mueller et al. 2017; Mueller 2019): core/guiding's tree as a method's state, its sums as statistics. Iteration k
-// has 2^k passes.
+// The learning half of SD-tree guiding (Mueller et al. 2017; Mueller 2019): core/guiding's tree as a method's state,
+// its sums as statistics. Iteration k has 2^k passes.
 #pragma once
 
 #include "core/guiding/sd_tree.h"
@@ -50,9 +50,10 @@ class SdTreeMethod final : public Method {
   std::shared_ptr<const State> Initial() const override;
   std::shared_ptr<const State> ParseState(std::string_view bytes) const override;
   std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const override;
-  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state, std::string_view bytes) const override;
-  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const Statistics* statistics, uint32_t iteration,
-                                       uint64_t passes) const override;
+  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
+                                              std::string_view bytes) const override;
+  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const Statistics* statistics,
+                                       uint32_t iteration, uint64_t passes) const override;
   uint64_t IterationPasses(uint32_t iteration) const override { return uint64_t{1} << std::min(iteration, 32u); }
   Combination combination() const override { return options_.combination; }
   int TrainingIterations() const override { return options_.training; }

@@ -42,13 +42,15 @@ std::string_view OpenSealed(std::string_view bytes, uint32_t magic, uint32_t ver
   const auto found = header.Get<uint32_t>();
   // The version is judged before the checksum: another version may seal differently.
   if (found != version) {
-    throw Error(ErrorKind::kConflict, what + " has format version " + std::to_string(found) + ", this program reads version " + std::to_string(version) +
+    throw Error(ErrorKind::kConflict, what + " has format version " + std::to_string(found) +
+                                          ", this program reads version " + std::to_string(version) +
                                           "; use the release that wrote it, or start the job again");
   }
   uint64_t stored;
   std::memcpy(&stored, bytes.data() + bytes.size() - kChecksumSize, kChecksumSize);
   if (stored != Checksum(bytes.substr(0, bytes.size() - kChecksumSize))) {
-    throw Error(ErrorKind::kCorrupt, what + " is damaged: its checksum does not fit its " + std::to_string(bytes.size()) + " bytes");
+    throw Error(ErrorKind::kCorrupt,
+                what + " is damaged: its checksum does not fit its " + std::to_string(bytes.size()) + " bytes");
   }
   return bytes.substr(kHeaderSize, bytes.size() - kHeaderSize - kChecksumSize);
 }

@@ -27,7 +27,8 @@ ComparisonRun RunOf(const std::string& label, uint64_t seed, double error, doubl
 
 TEST(Comparison, MethodsSplitAtCommasAndOptionsStayWithTheirMethod) {
   EXPECT_THAT(SplitMethods("path,sdtree"), ElementsAre("path", "sdtree"));
-  EXPECT_THAT(SplitMethods("sdtree:nee=always,combine=discard,path"), ElementsAre("sdtree:nee=always,combine=discard", "path"));
+  EXPECT_THAT(SplitMethods("sdtree:nee=always,combine=discard,path"),
+              ElementsAre("sdtree:nee=always,combine=discard", "path"));
   EXPECT_THAT(SplitMethods("sdtree,nee=never,path"), ElementsAre("sdtree:nee=never", "path"));
   EXPECT_TRUE(SplitMethods("").empty());
 }
@@ -44,7 +45,8 @@ TEST(Comparison, SpreadHasMedianAndSampleDeviation) {
 }
 
 TEST(Comparison, RatioAndEfficiencyAreOfTheTrimmedError) {
-  const auto methods = Summarize({RunOf("path", 0, 0.4, 10), RunOf("sdtree:nee=always", 0, 0.1, 10), RunOf("path", 1, 0.6, 10), RunOf("sdtree:nee=always", 1, 0.1, 10)});
+  const auto methods = Summarize({RunOf("path", 0, 0.4, 10), RunOf("sdtree:nee=always", 0, 0.1, 10),
+                                  RunOf("path", 1, 0.6, 10), RunOf("sdtree:nee=always", 1, 0.1, 10)});
   ASSERT_EQ(methods.size(), 2u);
   EXPECT_EQ(methods[0]["method"], "path");
   EXPECT_DOUBLE_EQ(methods[0]["ratio_to_first"], 1);
@@ -64,7 +66,10 @@ TEST(Comparison, WithoutAReferenceTheEstimateIsRanked) {
 }
 
 TEST(Comparison, ReportsShowEveryMethodAndEscapeWhatHtmlWouldRead) {
-  nlohmann::json document = {{"scene", "a<b>.pbrt"}, {"command", "lodestar compare 'a<b>.pbrt'"}, {"reference", "ref.exr"}, {"plot", "compare-error.png"}};
+  nlohmann::json document = {{"scene", "a<b>.pbrt"},
+                             {"command", "lodestar compare 'a<b>.pbrt'"},
+                             {"reference", "ref.exr"},
+                             {"plot", "compare-error.png"}};
   document["methods"] = Summarize({RunOf("path", 0, 0.4, 10), RunOf("sdtree", 0, 0.1, 10)});
   const std::string markdown = MarkdownReport(document), html = HtmlReport(document);
   EXPECT_THAT(markdown, HasSubstr("| path "));

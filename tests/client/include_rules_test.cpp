@@ -7,12 +7,15 @@
 namespace lodestar {
 namespace {
 
-Ran Check(const TestFolder& folder) { return RunProgram({"/usr/bin/python3", LODESTAR_SOURCE_DIR "/cmake/check_includes.py", folder / ""}); }
+Ran Check(const TestFolder& folder) {
+  return RunProgram({"/usr/bin/python3", LODESTAR_SOURCE_DIR "/cmake/check_includes.py", folder / ""});
+}
 
 TEST(IncludeRules, AllowedArrowsPass) {
   TestFolder folder;
   std::filesystem::create_directories(folder / "core/film");
-  folder.Write("core/film/film.cpp", "#include \"core/film/film.h\"\n#include \"core/math/vec.h\"\n#include <vector>\n");
+  folder.Write("core/film/film.cpp",
+               "#include \"core/film/film.h\"\n#include \"core/math/vec.h\"\n#include <vector>\n");
   const Ran ran = Check(folder);
   EXPECT_EQ(ran.code, 0) << ran.out;
 }

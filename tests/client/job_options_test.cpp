@@ -29,7 +29,9 @@ std::string Refusal(const std::string& line) {
 }
 
 TEST(JobOptions, EveryOptionReachesTheJob) {
-  const JobSpec job = Parse("s.pbrt --method path --spp 64 --time 1m30s --error 0.02 --resolution 64x48 --filter box --max-depth 7 --seed 11 --option nee=never");
+  const JobSpec job = Parse(
+      "s.pbrt --method path --spp 64 --time 1m30s --error 0.02 --resolution 64x48 --filter box --max-depth 7 --seed 11 "
+      "--option nee=never");
   EXPECT_EQ(job.method, "path");
   EXPECT_EQ(job.budget.spp, 64u);
   EXPECT_EQ(job.budget.seconds, 90);
@@ -72,15 +74,17 @@ TEST(JobOptions, AFlagOfAMethodIsItsOption) {
 }
 
 TEST(JobOptions, UnknownMethodsAndOptionsNameWhatThereIs) {
-  EXPECT_THAT(Refusal("s.pbrt --method sdtre"), testing::AllOf(testing::HasSubstr("did you mean sdtree"), testing::HasSubstr("path")));
+  EXPECT_THAT(Refusal("s.pbrt --method sdtre"),
+              testing::AllOf(testing::HasSubstr("did you mean sdtree"), testing::HasSubstr("path")));
   EXPECT_THAT(Refusal("s.pbrt --method sdtree --option nees=always"), testing::HasSubstr("did you mean nee"));
   EXPECT_THAT(Refusal("s.pbrt --method sdtree --option nee"), testing::HasSubstr("NAME=VALUE"));
   EXPECT_THAT(Refusal("s.pbrt --method path --combine discard"), testing::HasSubstr("'path' has no option 'combine'"));
 }
 
 TEST(JobOptions, ValuesOutOfRangeAreRefused) {
-  for (const char* line : {"s.pbrt --spp 0", "s.pbrt --spp -3", "s.pbrt --spp x", "s.pbrt --error 0", "s.pbrt --error -1", "s.pbrt --time 0", "s.pbrt --time x",
-                           "s.pbrt --resolution 5", "s.pbrt --filter sinc", "s.pbrt --max-depth 0", "s.pbrt --seed -1", "--spp 4"}) {
+  for (const char* line : {"s.pbrt --spp 0", "s.pbrt --spp -3", "s.pbrt --spp x", "s.pbrt --error 0",
+                           "s.pbrt --error -1", "s.pbrt --time 0", "s.pbrt --time x", "s.pbrt --resolution 5",
+                           "s.pbrt --filter sinc", "s.pbrt --max-depth 0", "s.pbrt --seed -1", "--spp 4"}) {
     EXPECT_NE(Refusal(line), "") << line;
   }
 }

@@ -16,7 +16,8 @@ Image Gradient() {
   image.width = 5;
   image.height = 3;
   for (int i = 0; i < 15; ++i) {
-    image.pixels.push_back({0.1f * static_cast<float>(i), 100.0f / static_cast<float>(i + 1), 1e-7f * static_cast<float>(i)});
+    image.pixels.push_back(
+        {0.1f * static_cast<float>(i), 100.0f / static_cast<float>(i + 1), 1e-7f * static_cast<float>(i)});
     image.variance.push_back(0.01f * static_cast<float>(i));
   }
   return image;
@@ -85,7 +86,8 @@ constexpr char kCsv[] =
 
 TEST(Plot, IsDrawnWithoutADisplay) {
   TestFolder folder;
-  if (RunProgram({"/usr/bin/python3", "-c", "import matplotlib"}).code != 0) GTEST_SKIP() << "no matplotlib under /usr/bin/python3";
+  if (RunProgram({"/usr/bin/python3", "-c", "import matplotlib"}).code != 0)
+    GTEST_SKIP() << "no matplotlib under /usr/bin/python3";
   const auto csv = folder.Write("e.csv", kCsv);
   ASSERT_TRUE(DrawErrorPlot(csv, folder / "e.png", "a title"));
   const Image plot = ReadImageFile(folder / "e.png");
@@ -95,7 +97,8 @@ TEST(Plot, IsDrawnWithoutADisplay) {
 
 TEST(Plot, WhatCannotBeDrawnIsSaidAndNothingMore) {
   TestFolder folder;
-  if (RunProgram({"/usr/bin/python3", "-c", "import matplotlib"}).code != 0) GTEST_SKIP() << "no matplotlib under /usr/bin/python3";
+  if (RunProgram({"/usr/bin/python3", "-c", "import matplotlib"}).code != 0)
+    GTEST_SKIP() << "no matplotlib under /usr/bin/python3";
   testing::internal::CaptureStderr();
   EXPECT_FALSE(DrawErrorPlot(folder.Write("bad.csv", "a,b\n1,2\n"), folder / "e.png", ""));
   EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("no plot"));

@@ -19,20 +19,24 @@ using testing::StartsWith;
 // Plots cost a second each; where they are not what is tested, no script is found.
 const std::vector<std::string> kNoPlot = {"LODESTAR_PLOT=/nonexistent"};
 
-nlohmann::json Json(const Ran& ran) { return nlohmann::json::parse(ran.out, nullptr, false); }
+nlohmann::json Json(const Ran& ran) {
+  return nlohmann::json::parse(ran.out, nullptr, false);
+}
 
 TEST(Program, HelpListsCommandsOptionsDefaultsAndExamples) {
   const Ran top = RunLodestar({"--help"});
   EXPECT_EQ(top.code, 0);
-  for (const char* command : {"render", "submit", "jobs", "watch", "cancel", "image", "report", "compare", "inspect", "replay", "diff", "workers"}) {
+  for (const char* command : {"render", "submit", "jobs", "watch", "cancel", "image", "report", "compare", "inspect",
+                              "replay", "diff", "workers"}) {
     EXPECT_THAT(top.out, HasSubstr(command));
     const Ran ran = RunLodestar({command, "--help"});
     EXPECT_EQ(ran.code, 0) << command;
     EXPECT_THAT(ran.out, HasSubstr("--json")) << command;
   }
   const Ran render = RunLodestar({"render", "--help"});
-  for (const char* part : {"--method", "--spp", "--time", "--error", "--resolution", "--filter", "--max-depth", "--threads", "--seed", "--output", "--option",
-                           "--nee", "--combine", "--training-iterations", "--reference", "Examples:"}) {
+  for (const char* part :
+       {"--method", "--spp", "--time", "--error", "--resolution", "--filter", "--max-depth", "--threads", "--seed",
+        "--output", "--option", "--nee", "--combine", "--training-iterations", "--reference", "Examples:"}) {
     EXPECT_THAT(render.out, HasSubstr(part));
   }
   EXPECT_THAT(RunLodestar({"--version"}).out, StartsWith("lodestar 0."));
@@ -94,7 +98,9 @@ TEST(Program, InspectSaysWhatTheSceneHolds) {
 TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
   TestFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
-  const Ran ran = RunLodestar({"render", scene, "--method", "path", "--spp", "8", "--seed", "5", "-o", folder / "out/a.exr", "--json"}, kNoPlot);
+  const Ran ran = RunLodestar(
+      {"render", scene, "--method", "path", "--spp", "8", "--seed", "5", "-o", folder / "out/a.exr", "--json"},
+      kNoPlot);
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto json = Json(ran);
   ASSERT_TRUE(json.is_object()) << ran.out;
@@ -102,7 +108,8 @@ TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
   EXPECT_EQ(json["result"]["stop_reason"], "spp");
   EXPECT_EQ(json["health"]["total"], 0);
   EXPECT_FALSE(json["points"].empty());
-  for (const char* kind : {"image", "png", "csv", "json"}) EXPECT_TRUE(std::filesystem::exists(json["files"][kind].get<std::string>())) << kind;
+  for (const char* kind : {"image", "png", "csv", "json"})
+    EXPECT_TRUE(std::filesystem::exists(json["files"][kind].get<std::string>())) << kind;
   EXPECT_EQ(nlohmann::json::parse(ReadText(folder / "out/a.json"))["job"]["seed"], 5);
   EXPECT_THAT(ReadText(folder / "out/a.csv"), StartsWith("method,seed,seconds,spp,iteration,"));
   EXPECT_THAT(ran.err, HasSubstr("no plot"));
@@ -117,7 +124,9 @@ TEST(Program, TheSameCommandGivesTheSameBitsOnAnyNumberOfThreads) {
   TestFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   for (const char* threads : {"1", "3"}) {
-    const Ran ran = RunLodestar({"render", scene, "--spp", "15", "--threads", threads, "-o", folder / (std::string(threads) + ".pfm"), "--quiet"}, kNoPlot);
+    const Ran ran = RunLodestar({"render", scene, "--spp", "15", "--threads", threads, "-o",
+                                 folder / (std::string(threads) + ".pfm"), "--quiet"},
+                                kNoPlot);
     ASSERT_EQ(ran.code, 0) << ran.err;
   }
   EXPECT_EQ(ReadText(folder / "1.pfm"), ReadText(folder / "3.pfm"));
@@ -126,12 +135,17 @@ TEST(Program, TheSameCommandGivesTheSameBitsOnAnyNumberOfThreads) {
 TEST(Program, AReferenceGivesErrorsAndAWrongSizeIsSaidBeforeRendering) {
   TestFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
-  ASSERT_EQ(RunLodestar({"render", scene, "--method", "path", "--spp", "64", "-o", folder / "ref.exr", "--quiet"}, kNoPlot).code, 0);
-  const Ran ran =
-      RunLodestar({"render", scene, "--method", "path", "--spp", "4", "--seed", "1", "--reference", folder / "ref.exr", "-o", folder / "a.exr", "--json"}, kNoPlot);
+  ASSERT_EQ(
+      RunLodestar({"render", scene, "--method", "path", "--spp", "64", "-o", folder / "ref.exr", "--quiet"}, kNoPlot)
+          .code,
+      0);
+  const Ran ran = RunLodestar({"render", scene, "--method", "path", "--spp", "4", "--seed", "1", "--reference",
+                               folder / "ref.exr", "-o", folder / "a.exr", "--json"},
+                              kNoPlot);
   ASSERT_EQ(ran.code, 0) << ran.err;
   EXPECT_GT(Json(ran)["points"].back()["reference"]["relmse_trimmed"].get<double>(), 0);
-  const Ran wrong = RunLodestar({"render", scene, "--resolution", "8x6", "--reference", folder / "ref.exr", "-o", folder / "b.exr"}, kNoPlot);
+  const Ran wrong = RunLodestar(
+      {"render", scene, "--resolution", "8x6", "--reference", folder / "ref.exr", "-o", folder / "b.exr"}, kNoPlot);
   EXPECT_EQ(wrong.code, 2);
   EXPECT_THAT(wrong.err, HasSubstr("--resolution 16x12"));
 
@@ -145,13 +159,16 @@ TEST(Program, AReferenceGivesErrorsAndAWrongSizeIsSaidBeforeRendering) {
 TEST(Program, CompareReportsEveryMethodAndSeed) {
   TestFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
-  const Ran ran = RunLodestar({"compare", scene, "--methods", "path,path:nee=never", "--spp", "4", "--seeds", "2", "-o", folder / "r", "--json", "--quiet"}, kNoPlot);
+  const Ran ran = RunLodestar({"compare", scene, "--methods", "path,path:nee=never", "--spp", "4", "--seeds", "2", "-o",
+                               folder / "r", "--json", "--quiet"},
+                              kNoPlot);
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto json = Json(ran);
   ASSERT_EQ(json["methods"].size(), 2u);
   EXPECT_EQ(json["methods"][1]["method"], "path:nee=never");
   EXPECT_EQ(json["methods"][1]["runs"].size(), 2u);
-  for (const char* file : {"r/report.md", "r/report.html", "r/compare.csv", "r/compare.json", "r/path-seed0.exr", "r/path_nee_never-seed1.png"}) {
+  for (const char* file : {"r/report.md", "r/report.html", "r/compare.csv", "r/compare.json", "r/path-seed0.exr",
+                           "r/path_nee_never-seed1.png"}) {
     EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
   }
 }
@@ -160,10 +177,14 @@ TEST(Program, ReplayGivesTheSamplesOwnBits) {
   TestFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   // With a box filter and one pass the image is the sample.
-  ASSERT_EQ(RunLodestar({"render", scene, "--method", "path", "--spp", "1", "-o", folder / "one.exr", "--quiet"}, kNoPlot).code, 0);
+  ASSERT_EQ(
+      RunLodestar({"render", scene, "--method", "path", "--spp", "1", "-o", folder / "one.exr", "--quiet"}, kNoPlot)
+          .code,
+      0);
   const Image image = ReadImageFile(folder / "one.exr");
   for (const uint32_t x : {3u, 8u}) {
-    const Ran ran = RunLodestar({"replay", scene, "--method", "path", "--pixel", std::to_string(x) + ",7", "--pass", "0", "--json"});
+    const Ran ran = RunLodestar(
+        {"replay", scene, "--method", "path", "--pixel", std::to_string(x) + ",7", "--pass", "0", "--json"});
     ASSERT_EQ(ran.code, 0) << ran.err;
     const auto radiance = Json(ran)["radiance"];
     const Rgb expected = image.pixels[7 * image.width + x];
@@ -177,18 +198,25 @@ TEST(Program, ReplayGivesTheSamplesOwnBits) {
 TEST(Program, ReplayFollowsTheTraining) {
   TestFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
-  const Ran ran = RunLodestar({"replay", scene, "--method", "sdtree", "--spp", "15", "--pixel", "8,7", "--pass", "5", "--iteration", "2", "--json"});
+  const Ran ran = RunLodestar({"replay", scene, "--method", "sdtree", "--spp", "15", "--pixel", "8,7", "--pass", "5",
+                               "--iteration", "2", "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
-  const Ran again = RunLodestar({"replay", scene, "--method", "sdtree", "--spp", "15", "--pixel", "8,7", "--pass", "5", "--iteration", "2", "--json", "--threads", "3"});
+  const Ran again = RunLodestar({"replay", scene, "--method", "sdtree", "--spp", "15", "--pixel", "8,7", "--pass", "5",
+                                 "--iteration", "2", "--json", "--threads", "3"});
   EXPECT_EQ(ran.out, again.out);
   // Pass 5 belongs to iteration 2 (passes 3 to 6), not to iteration 0.
-  EXPECT_EQ(RunLodestar({"replay", scene, "--method", "sdtree", "--spp", "15", "--pixel", "8,7", "--pass", "5", "--iteration", "0"}).code, 2);
+  EXPECT_EQ(RunLodestar({"replay", scene, "--method", "sdtree", "--spp", "15", "--pixel", "8,7", "--pass", "5",
+                         "--iteration", "0"})
+                .code,
+            2);
 }
 
 TEST(Program, AnInterruptWritesTheImageSoFar) {
   TestFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
-  const Ran ran = RunProgram({"timeout", "--preserve-status", "-s", "INT", "2", LODESTAR_PROGRAM, "render", scene, "--method", "path", "--time", "1h", "-o", folder / "a.pfm"}, kNoPlot);
+  const Ran ran = RunProgram({"timeout", "--preserve-status", "-s", "INT", "2", LODESTAR_PROGRAM, "render", scene,
+                              "--method", "path", "--time", "1h", "-o", folder / "a.pfm"},
+                             kNoPlot);
   EXPECT_EQ(ran.code, 130) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("stopping"));
   EXPECT_EQ(ReadImageFile(folder / "a.pfm").width, 16u);

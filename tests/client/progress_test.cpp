@@ -30,7 +30,8 @@ std::string Written(std::FILE* file) {
 
 TEST(Progress, OneLineSaysEverything) {
   const std::string line = ProgressText(Half(), 120);
-  for (const char* part : {"50%", "iteration 3", "128 spp", "error 0.01234", "3.21 Mrays/s", "left 0:34", "[####"}) EXPECT_THAT(line, HasSubstr(part));
+  for (const char* part : {"50%", "iteration 3", "128 spp", "error 0.01234", "3.21 Mrays/s", "left 0:34", "[####"})
+    EXPECT_THAT(line, HasSubstr(part));
 }
 
 TEST(Progress, ALineNeverWrapsATerminal) {

@@ -27,7 +27,11 @@ JobReport Sample() {
   report.rays = 1000;
   report.stop_reason = "spp";
   report.points.push_back({.seconds = 0.5, .spp = 3, .iteration = 1, .relmse_estimated = 0.25});
-  report.points.push_back({.seconds = 2, .spp = 31, .iteration = 4, .relmse_estimated = 0.125, .against_reference = ErrorMetrics{1, 2, 3, 4, 5}});
+  report.points.push_back({.seconds = 2,
+                           .spp = 31,
+                           .iteration = 4,
+                           .relmse_estimated = 0.125,
+                           .against_reference = ErrorMetrics{1, 2, 3, 4, 5}});
   return report;
 }
 
@@ -71,7 +75,8 @@ TEST(Report, CsvLabelsAreQuotedWhereTheyMustBe) {
 }
 
 TEST(Report, WhatIsNoErrorIsUnknown) {
-  const auto points = PointsFromJson(nlohmann::json::parse(R"([{"relmse_estimated": null}, {"relmse_estimated": -1}, {}, {"relmse_estimated": 0.5}])"));
+  const auto points = PointsFromJson(nlohmann::json::parse(
+      R"([{"relmse_estimated": null}, {"relmse_estimated": -1}, {}, {"relmse_estimated": 0.5}])"));
   ASSERT_EQ(points.size(), 4u);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(points[static_cast<size_t>(i)].relmse_estimated, INFINITY) << i;
   EXPECT_EQ(points[3].relmse_estimated, 0.5);
@@ -100,7 +105,8 @@ TEST(Report, TheReplayCommandNamesTheFirstOffenderAndTheJobsEnd) {
   EXPECT_EQ(ReplayCommand(ReportToJson(report), "s.pbrt"), "");
   report.health.Count(HealthEvent::kNan, 9, 4, 12, 3);
   EXPECT_EQ(ReplayCommand(ReportToJson(report), "my scene.pbrt"),
-            "lodestar replay 'my scene.pbrt' --method sdtree --option nee=always --seed 7 --resolution 32x16 --max-depth 5 --spp 31 --training-iterations 4 "
+            "lodestar replay 'my scene.pbrt' --method sdtree --option nee=always --seed 7 --resolution 32x16 "
+            "--max-depth 5 --spp 31 --training-iterations 4 "
             "--pixel 9,4 --pass 12 --iteration 3");
   report.job.lenient = true;
   EXPECT_THAT(ReplayCommand(ReportToJson(report), "s.pbrt"), HasSubstr(" --lenient "));

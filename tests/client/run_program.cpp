@@ -35,7 +35,9 @@ std::string ReadText(const std::filesystem::path& path) {
 
 Ran RunProgram(const std::vector<std::string>& words, const std::vector<std::string>& environment) {
   static int count = 0;
-  const std::string base = (std::filesystem::temp_directory_path() / ("lodestar-ran-" + std::to_string(getpid()) + "-" + std::to_string(count++))).string();
+  const std::string base = (std::filesystem::temp_directory_path() /
+                            ("lodestar-ran-" + std::to_string(getpid()) + "-" + std::to_string(count++)))
+                               .string();
   std::string command = "env";
   for (const std::string& word : environment) command += " " + ShellQuote(word);
   for (const std::string& word : words) command += " " + ShellQuote(word);
@@ -57,8 +59,9 @@ Ran RunLodestar(std::vector<std::string> arguments, const std::vector<std::strin
 
 TestFolder::TestFolder() {
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  path_ = std::filesystem::temp_directory_path() /
-          ("lodestar-" + std::to_string(getpid()) + "-" + std::string(test->test_suite_name()) + "-" + std::string(test->name()));
+  path_ =
+      std::filesystem::temp_directory_path() / ("lodestar-" + std::to_string(getpid()) + "-" +
+                                                std::string(test->test_suite_name()) + "-" + std::string(test->name()));
   std::filesystem::remove_all(path_);
   std::filesystem::create_directories(path_);
 }

@@ -41,7 +41,8 @@ TEST(Values, DurationsPrint) {
 TEST(Values, Resolutions) {
   EXPECT_EQ(ParseResolution("640x360").x, 640u);
   EXPECT_EQ(ParseResolution("640x360").y, 360u);
-  for (const char* text : {"", "640", "640x", "x360", "0x5", "5x0", "640X360", "-1x5", "70000x1", "5x5x5", "640 x 360"}) {
+  for (const char* text :
+       {"", "640", "640x", "x360", "0x5", "5x0", "640X360", "-1x5", "70000x1", "5x5x5", "640 x 360"}) {
     EXPECT_THROW(ParseResolution(text), Error) << text;
   }
   EXPECT_EQ(ParsePixel("0,7").y, 7u);

@@ -73,9 +73,11 @@ TEST_F(BadInput, OversizedMessagesAreRefused) {
   request.mutable_job()->set_name(std::string(5 << 20, 'x'));
   grpc::ChannelArguments arguments;
   arguments.SetMaxSendMessageSize(-1);
-  auto wide = v1::Farm::NewStub(grpc::CreateCustomChannel(server->address(), grpc::InsecureChannelCredentials(), arguments));
+  auto wide =
+      v1::Farm::NewStub(grpc::CreateCustomChannel(server->address(), grpc::InsecureChannelCredentials(), arguments));
   v1::SubmitJobReply reply;
-  Expect(Call([&](auto* context) { return wide->SubmitJob(context, request, &reply); }), grpc::StatusCode::RESOURCE_EXHAUSTED, "larger than max");
+  Expect(Call([&](auto* context) { return wide->SubmitJob(context, request, &reply); }),
+         grpc::StatusCode::RESOURCE_EXHAUSTED, "larger than max");
   // And what the client itself would not send.
   EXPECT_EQ(Submit(request).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
 }
@@ -90,7 +92,8 @@ TEST_F(BadInput, OtherProtocolVersionsAreTurnedAway) {
   v1::RegisterRequest request;
   request.set_protocol_version(2);
   v1::RegisterReply reply;
-  Expect(Call([&](auto* context) { return work_stub->Register(context, request, &reply); }), grpc::StatusCode::FAILED_PRECONDITION, "install the same release");
+  Expect(Call([&](auto* context) { return work_stub->Register(context, request, &reply); }),
+         grpc::StatusCode::FAILED_PRECONDITION, "install the same release");
   grpc::ClientContext context;
   context.AddMetadata(kProtocolKey, "2");
   v1::LeaseReply lease;
@@ -145,7 +148,8 @@ TEST_F(BadInput, UnknownNamesAreNotFound) {
     v1::GetJobRequest request;
     request.set_job_id(id);
     v1::GetJobReply reply;
-    Expect(Call([&](auto* context) { return farm_stub->GetJob(context, request, &reply); }), grpc::StatusCode::NOT_FOUND, "lodestar jobs");
+    Expect(Call([&](auto* context) { return farm_stub->GetJob(context, request, &reply); }),
+           grpc::StatusCode::NOT_FOUND, "lodestar jobs");
     v1::WatchJobRequest watch;
     watch.set_job_id(id);
     Expect(Call([&](auto* context) {

@@ -14,13 +14,17 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-// Renders what it is given, and then misbehaves: holds results back, shuffles them, sends some twice, drops some, splits some in halves, and comes
-// back with those of rounds that are over.
+// Renders what it is given, and then misbehaves: holds results back, shuffles them, sends some twice, drops some,
+// splits some in halves, and comes back with those of rounds that are over.
 class UnrulyWorker {
  public:
   UnrulyWorker(const std::string& address, const SceneBundle& box, const JobSpec& spec, uint32_t seed)
-      : client_(address), spec_(spec), compiled_(CompileJob(ParsePbrtFile(box.files.front().path), spec)), method_(MakeMethod(spec, compiled_.survey)),
-        executor_(compiled_.scene, spec, *method_, 1), random_(seed) {}
+      : client_(address),
+        spec_(spec),
+        compiled_(CompileJob(ParsePbrtFile(box.files.front().path), spec)),
+        method_(MakeMethod(spec, compiled_.survey)),
+        executor_(compiled_.scene, spec, *method_, 1),
+        random_(seed) {}
 
   void Run(const std::atomic<bool>& stop) {
     WorkerInfo info;
@@ -56,14 +60,16 @@ class UnrulyWorker {
     for (const TreeNode node : nodes) {
       if (!node.ValidIn(r.round.unit_count)) continue;
       const auto contribution = executor_.ExecuteNode(states_[r.state.hex], r.round, node, StopToken());
-      held_.push_back({{id_, unit.id, unit.job, r.round, node, r.state, {}, 0, 0.001}, SerializeContribution(*contribution)});
+      held_.push_back(
+          {{id_, unit.id, unit.job, r.round, node, r.state, {}, 0, 0.001}, SerializeContribution(*contribution)});
     }
   }
   void Deliver() {
     std::shuffle(held_.begin(), held_.end(), random_);
     if (!old_.empty() && random_() % 2) held_.push_back(old_[random_() % old_.size()]);
     for (const auto& result : held_) {
-      for (int i = random_() % 4 == 0 ? 2 : 1; i > 0; --i) ++outcomes[client_.SubmitContribution(result.header, result.bytes)];
+      for (int i = random_() % 4 == 0 ? 2 : 1; i > 0; --i)
+        ++outcomes[client_.SubmitContribution(result.header, result.bytes)];
       old_.push_back(result);
     }
     held_.clear();
@@ -86,7 +92,8 @@ TEST_F(InProcessFarm, DisorderDoesNotShow) {
     std::atomic<bool> stop{false};
     std::vector<std::unique_ptr<UnrulyWorker>> workers;
     std::vector<std::jthread> threads;
-    for (uint32_t i = 0; i < 1 + seed; ++i) workers.push_back(std::make_unique<UnrulyWorker>(server->address(), box, spec, seed * 10 + i));
+    for (uint32_t i = 0; i < 1 + seed; ++i)
+      workers.push_back(std::make_unique<UnrulyWorker>(server->address(), box, spec, seed * 10 + i));
     for (auto& worker : workers) threads.emplace_back([&] { worker->Run(stop); });
     const auto id = SubmitBox(spec);
     const auto status = client->Watch(id, {});
@@ -99,7 +106,8 @@ TEST_F(InProcessFarm, DisorderDoesNotShow) {
       for (const auto& [outcome, count] : worker->outcomes) outcomes[outcome] += count;
     }
     EXPECT_GT(outcomes[ContributionOutcome::kCommitted], 0);
-    EXPECT_GT(outcomes[ContributionOutcome::kCovered] + outcomes[ContributionOutcome::kStale], 0) << "nobody sent anything twice or late";
+    EXPECT_GT(outcomes[ContributionOutcome::kCovered] + outcomes[ContributionOutcome::kStale], 0)
+        << "nobody sent anything twice or late";
   }
 }
 
@@ -121,8 +129,12 @@ TEST_F(InProcessFarm, ResultsAreTakenOnceAndOnlyWhereTheyBelong) {
   const RenderUnit r = *unit->render;
   const auto state = method->ParseState(worker.FetchState(r.state));
   const auto contribution = executor.ExecuteNode(state, r.round, r.node, StopToken());
-  ASSERT_EQ(worker.SubmitContribution({id, unit->id, job, r.round, r.node, r.state, {}, 0, 0.01}, SerializeContribution(*contribution)), ContributionOutcome::kCommitted);
-  EXPECT_EQ(worker.SubmitContribution({id, unit->id, job, r.round, r.node, r.state, {}, 0, 0.01}, SerializeContribution(*contribution)), ContributionOutcome::kCovered);
+  ASSERT_EQ(worker.SubmitContribution({id, unit->id, job, r.round, r.node, r.state, {}, 0, 0.01},
+                                      SerializeContribution(*contribution)),
+            ContributionOutcome::kCommitted);
+  EXPECT_EQ(worker.SubmitContribution({id, unit->id, job, r.round, r.node, r.state, {}, 0, 0.01},
+                                      SerializeContribution(*contribution)),
+            ContributionOutcome::kCovered);
   auto header = ContributionHeader{id, unit->id, job, r.round, r.node, Sha256("another state"), {}, 0, 0.01};
   EXPECT_EQ(worker.SubmitContribution(header, SerializeContribution(*contribution)), ContributionOutcome::kStale);
   header.state = r.state;
@@ -147,7 +159,9 @@ TEST_F(InProcessFarm, AWorkerStopsWithinATenthOfASecond) {
   }));
   client->Cancel(id);
   // It is idle again when it parks for its next lease: nothing it holds is left.
-  EXPECT_TRUE(Eventually(seconds(2), [&] { return client->GetJob(id).phase == JobPhase::kCancelled && client->Workers()[0].leases == 0; }));
+  EXPECT_TRUE(Eventually(seconds(2), [&] {
+    return client->GetJob(id).phase == JobPhase::kCancelled && client->Workers()[0].leases == 0;
+  }));
   const auto start = std::chrono::steady_clock::now();
   worker.Drain();
   thread.join();

@@ -11,8 +11,12 @@ namespace lodestar {
 
 class HandWorker {
  public:
-  HandWorker(const std::string& address, const SceneBundle& scene, const JobSpec& spec, const std::string& name = "hand")
-      : client_(address), spec_(spec), compiled_(CompileJob(ParsePbrtFile(scene.files.front().path), spec)), method_(MakeMethod(spec, compiled_.survey)),
+  HandWorker(const std::string& address, const SceneBundle& scene, const JobSpec& spec,
+             const std::string& name = "hand")
+      : client_(address),
+        spec_(spec),
+        compiled_(CompileJob(ParsePbrtFile(scene.files.front().path), spec)),
+        method_(MakeMethod(spec, compiled_.survey)),
         executor_(compiled_.scene, spec, *method_, 1) {
     WorkerInfo info;
     info.build_id = "by hand";
@@ -20,8 +24,12 @@ class HandWorker {
     id_ = client_.Register(info).id;
   }
   const WorkerId& id() const { return id_; }
-  std::optional<LeasedUnit> Lease(std::chrono::milliseconds wait = std::chrono::seconds(5)) { return client_.Lease(id_, wait); }
-  void Survey(const LeasedUnit& unit) { client_.SubmitSurvey({id_, unit.id, unit.job, compiled_.survey.Serialize(), "", {}}); }
+  std::optional<LeasedUnit> Lease(std::chrono::milliseconds wait = std::chrono::seconds(5)) {
+    return client_.Lease(id_, wait);
+  }
+  void Survey(const LeasedUnit& unit) {
+    client_.SubmitSurvey({id_, unit.id, unit.job, compiled_.survey.Serialize(), "", {}});
+  }
   ContributionOutcome Render(const LeasedUnit& unit) {
     const RenderUnit& r = *unit.render;
     if (state_hash_ != r.state) {
@@ -29,7 +37,8 @@ class HandWorker {
       state_hash_ = r.state;
     }
     const auto contribution = executor_.ExecuteNode(state_, r.round, r.node, StopToken());
-    return client_.SubmitContribution({id_, unit.id, unit.job, r.round, r.node, r.state, {}, 0, 0.01}, SerializeContribution(*contribution));
+    return client_.SubmitContribution({id_, unit.id, unit.job, r.round, r.node, r.state, {}, 0, 0.01},
+                                      SerializeContribution(*contribution));
   }
 
  private:

@@ -130,10 +130,18 @@ TEST_F(LeaseTableTest, RandomHistoriesEndCompleteAndConsistent) {
     while (!table.complete() && ++steps < 20000) {
       const WorkerId& worker = workers[random() % 3];
       switch (random() % 5) {
-        case 0: table.Grant(Next(), worker, 1 + random() % 16); break;
-        case 1: table.GrantCopy(Next(), worker, 0.001); break;
-        case 2: clock.Advance(milliseconds(random() % 3000)); break;
-        case 3: table.Expire(); break;
+        case 0:
+          table.Grant(Next(), worker, 1 + random() % 16);
+          break;
+        case 1:
+          table.GrantCopy(Next(), worker, 0.001);
+          break;
+        case 2:
+          clock.Advance(milliseconds(random() % 3000));
+          break;
+        case 3:
+          table.Expire();
+          break;
         default:
           if (table.leases().empty()) break;
           auto it = table.leases().begin();
@@ -157,12 +165,14 @@ TEST_F(LeaseTableTest, RandomHistoriesEndCompleteAndConsistent) {
 
 TEST(LeaseUnits, SharesARoundAndShrinksTowardItsEnd) {
   const LeaseSizing sizing;
-  const uint32_t early = LeaseUnits(sizing, 1024, 1024, 2, 0.001, false), late = LeaseUnits(sizing, 100, 1024, 2, 0.001, false);
+  const uint32_t early = LeaseUnits(sizing, 1024, 1024, 2, 0.001, false),
+                 late = LeaseUnits(sizing, 100, 1024, 2, 0.001, false);
   EXPECT_GE(1024u / early, 2u * 4);
   EXPECT_LE(1024u / early, 2u * 10);
   EXPECT_LT(late, early);
   EXPECT_GE(late, 16u) << "not below the shortest worth its transfer";
-  EXPECT_GE(LeaseUnits(sizing, 100, 1024, 2, 0.001, true), late) << "where more follows there is no tail to be short for";
+  EXPECT_GE(LeaseUnits(sizing, 100, 1024, 2, 0.001, true), late)
+      << "where more follows there is no tail to be short for";
   EXPECT_LE(LeaseUnits(sizing, 1000, 1000, 1, 60.0, false), 1u) << "a unit of a minute goes out alone";
   EXPECT_EQ(LeaseUnits(sizing, 1, 1, 500, 0, false), 1u);
 }

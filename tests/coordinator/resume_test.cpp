@@ -11,8 +11,8 @@ using std::chrono::seconds;
 
 class Resume : public InProcessFarm, public testing::WithParamInterface<bool> {};
 
-// Orderly: the coordinator is told to end within a round. Else a successor takes its store over without asking, as after a crash, and finds the
-// last checkpoint.
+// Orderly: the coordinator is told to end within a round. Else a successor takes its store over without asking, as
+// after a crash, and finds the last checkpoint.
 TEST_P(Resume, CheckpointedPartsAreNotRenderedAgain) {
   const bool orderly = GetParam();
   End();
@@ -36,7 +36,8 @@ TEST_P(Resume, CheckpointedPartsAreNotRenderedAgain) {
       if (unit->render->round.iteration == 0) continue;
       if (!round) round = unit->render->round;
       ASSERT_EQ(unit->render->round, *round);
-      for (uint32_t u = unit->render->node.first(); u < unit->render->node.end(round->unit_count); ++u) before.insert(u);
+      for (uint32_t u = unit->render->node.first(); u < unit->render->node.end(round->unit_count); ++u)
+        before.insert(u);
     }
     ASSERT_LT(before.size(), round->unit_count);
   }
@@ -47,7 +48,8 @@ TEST_P(Resume, CheckpointedPartsAreNotRenderedAgain) {
     // The position as a successor would find it.
     const auto stored = [&] {
       const auto copy = folder.path() / "copy.sqlite";
-      std::filesystem::copy_file(options.store / "jobs.sqlite", copy, std::filesystem::copy_options::overwrite_existing);
+      std::filesystem::copy_file(options.store / "jobs.sqlite", copy,
+                                 std::filesystem::copy_options::overwrite_existing);
       try {
         Database database(copy);
         Statement row(database, "SELECT checkpoint FROM jobs");
@@ -86,7 +88,8 @@ TEST_P(Resume, CheckpointedPartsAreNotRenderedAgain) {
   EXPECT_TRUE(SameBits(client->GetImage(id), expected.image));
   EXPECT_NE(client->GetReport(id).find(expected.report.state_hash.hex), std::string::npos);
 }
-INSTANTIATE_TEST_SUITE_P(After, Resume, testing::Bool(), [](const auto& info) { return info.param ? "AnOrderlyEnd" : "ACrash"; });
+INSTANTIATE_TEST_SUITE_P(After, Resume, testing::Bool(),
+                         [](const auto& info) { return info.param ? "AnOrderlyEnd" : "ACrash"; });
 
 }  // namespace
 }  // namespace lodestar

@@ -52,7 +52,8 @@ TEST_F(StoreTest, JobsSurviveReopening) {
     BlobStore blobs(folder.path() / "blobs", store, BlobOptions());
     const auto description = blobs.Put("description");
     job = store.Insert(NewJob("a", description), {description});
-    EXPECT_EQ(store.Insert(NewJob("a", description), {description}).number, job.number) << "the same token is the same job";
+    EXPECT_EQ(store.Insert(NewJob("a", description), {description}).number, job.number)
+        << "the same token is the same job";
     EXPECT_EQ(store.Jobs().size(), 1u);
     job.phase = JobPhase::kRunning;
     job.survey = std::string("\0survey", 7);
@@ -91,7 +92,8 @@ TEST_F(StoreTest, AnotherVersionIsRefused) {
   }
   EXPECT_EQ(KindOf([&] { JobStore store(folder.path()); }), ErrorKind::kConflict);
   EXPECT_NE(last.find("99"), std::string::npos);
-  std::ofstream(folder.path() / "jobs.sqlite") << "this is no database, but it is long enough to be taken for one by its size alone";
+  std::ofstream(folder.path() / "jobs.sqlite")
+      << "this is no database, but it is long enough to be taken for one by its size alone";
   EXPECT_EQ(KindOf([&] { JobStore store(folder.path()); }), ErrorKind::kCorrupt);
 }
 
@@ -107,7 +109,8 @@ TEST_F(StoreTest, AnOldEpochIsFenced) {
 TEST_F(StoreTest, BlobsNobodyNeedsAreCollectedAfterTheirGrace) {
   JobStore store(folder.path());
   BlobStore blobs(folder.path() / "blobs", store, BlobOptions());
-  const auto needed = blobs.Put("needed"), idle = blobs.Put("idle"), description = blobs.Put("description"), used = blobs.Put("used");
+  const auto needed = blobs.Put("needed"), idle = blobs.Put("idle"), description = blobs.Put("description"),
+             used = blobs.Put("used");
   auto job = store.Insert(NewJob("a", description), {description, needed});
   EXPECT_EQ(blobs.Collect(), 0u) << "an upload may still be on its way to its job";
   now += 9 * 60 * 1000;

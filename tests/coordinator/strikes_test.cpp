@@ -30,7 +30,8 @@ TEST_F(Strikes, ASceneThatHasCostThreeWorkersFailsItsJob) {
   std::vector<std::unique_ptr<HandWorker>> lost;
   for (size_t i = 1; i <= 3; ++i) {
     EXPECT_EQ(client->GetJob(id).phase, JobPhase::kQueued) << "after " << i - 1;
-    lost.push_back(std::make_unique<HandWorker>(server->address(), box, BoxJob("path", 8), "unlucky-" + std::to_string(i)));
+    lost.push_back(
+        std::make_unique<HandWorker>(server->address(), box, BoxJob("path", 8), "unlucky-" + std::to_string(i)));
     const auto unit = lost.back()->Lease();  // to survey the scene, which takes all its memory
     ASSERT_TRUE(unit && !unit->render);
     LoseLeases();

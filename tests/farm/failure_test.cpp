@@ -54,7 +54,8 @@ std::vector<std::string> AllCrashes() {
   std::vector<std::string> all;
   for (const char* name : CrashPoints()) all.push_back(std::string(name) + ":1");
   // Later passages: the description of the job, a second checkpoint, a merge in the midst of training.
-  for (const char* name : {"blob-renamed:3", "checkpoint-blob:3", "checkpoint-committed:2", "contribution-merged:6"}) all.push_back(name);
+  for (const char* name : {"blob-renamed:3", "checkpoint-blob:3", "checkpoint-committed:2", "contribution-merged:6"})
+    all.push_back(name);
   return all;
 }
 INSTANTIATE_TEST_SUITE_P(At, FarmCrash, testing::ValuesIn(AllCrashes()), [](const auto& info) {
@@ -192,7 +193,9 @@ TEST_F(FarmFailure, ASceneInErrorFailsItsJobAlone) {
 
 TEST_F(FarmFailure, ListensOffLoopbackOnlyWhenTold) {
   for (const char* listen : {"0.0.0.0:0", "127.evil.example:0", "[::]:0"}) {
-    Process refused({LODESTAR_BINARY_DIR "/bin/lodestar-coordinator", "--listen", listen, "--store", (folder_.path() / "other").string()}, folder_.path() / "coordinator.log");
+    Process refused({LODESTAR_BINARY_DIR "/bin/lodestar-coordinator", "--listen", listen, "--store",
+                     (folder_.path() / "other").string()},
+                    folder_.path() / "coordinator.log");
     EXPECT_EQ(refused.Wait(seconds(10)), 1) << listen;
   }
   EXPECT_NE(Log().find("--insecure"), std::string::npos);

@@ -48,10 +48,12 @@ TEST_F(FarmTest, ALenientJobRendersAndListsWhatItLeftOut) {
   const auto id = client().SubmitJob(submission);
   const auto status = Finish(id);
   ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
-  EXPECT_TRUE(SameBits(client().GetImage(id), RenderHere(box_, BoxJob("path", 4)).image)) << "what is left must be the box";
+  EXPECT_TRUE(SameBits(client().GetImage(id), RenderHere(box_, BoxJob("path", 4)).image))
+      << "what is left must be the box";
   const auto report = nlohmann::json::parse(client().GetReport(id));
   ASSERT_EQ(report["scene"]["left_out"].size(), 1u);
-  EXPECT_TRUE(report["scene"]["left_out"][0].get<std::string>().starts_with("odd.pbrt:")) << report["scene"]["left_out"] << ": no paths of the worker's";
+  EXPECT_TRUE(report["scene"]["left_out"][0].get<std::string>().starts_with("odd.pbrt:"))
+      << report["scene"]["left_out"] << ": no paths of the worker's";
 }
 INSTANTIATE_TEST_SUITE_P(Workers, FarmOfWorkers, testing::Values(1, 2, 5));
 

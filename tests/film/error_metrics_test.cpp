@@ -61,7 +61,8 @@ TEST(ErrorMetrics, RefusesWhatCannotBeCompared) {
     FAIL() << "a NaN passed";
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::kInvalidInput);
-    EXPECT_NE(std::string(error.what()).find("reference has a pixel that is not finite at x 2, y 1"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("reference has a pixel that is not finite at x 2, y 1"), std::string::npos)
+        << error.what();
   }
 }
 
@@ -124,8 +125,8 @@ TEST(EstimatedError, AgreesWithTheTrueErrorOfKnownNoise) {
 }
 
 TEST(EstimatedError, SeesErrorsAboveOne) {
-  // One sample in 200 is lit: nine pixels in ten of 20 passes stay black, and the relative variance of the mean is 10. The variance over the pixel's
-  // own luminance could never exceed 1.
+  // One sample in 200 is lit: nine pixels in ten of 20 passes stay black, and the relative variance of the mean is 10.
+  // The variance over the pixel's own luminance could never exceed 1.
   const Noisy noisy = Render(0.005f, 20);
   const double truth = Compare(noisy.image, noisy.reference).relmse;
   EXPECT_GT(truth, 7);
@@ -144,10 +145,10 @@ TEST(FalseColour, DivergesFromABrightMiddle) {
   ASSERT_EQ(bytes.size(), 24u);
   const auto at = [&](int i, int c) { return static_cast<int>(bytes[static_cast<size_t>(i * 3 + c)]); };
   for (int c = 0; c < 3; ++c) {
-    EXPECT_GT(at(0, c), 235);          // nearly white
-    EXPECT_EQ(at(3, c), at(1, c));     // clamped at the ends
+    EXPECT_GT(at(0, c), 235);       // nearly white
+    EXPECT_EQ(at(3, c), at(1, c));  // clamped at the ends
     EXPECT_EQ(at(4, c), at(2, c));
-    EXPECT_EQ(at(5, c), 0);            // NaN is not on the scale
+    EXPECT_EQ(at(5, c), 0);  // NaN is not on the scale
   }
   EXPECT_GT(at(1, 2), at(1, 0) + 60);  // blue below
   EXPECT_GT(at(2, 0), at(2, 2) + 60);  // orange above

@@ -128,7 +128,9 @@ TEST(Film, TilesOfARoundAddInAnyOrder) {
   const TileGrid grid(40, 40);
   Film forward(grid), backward(grid);
   for (uint32_t round = 0; round < 3; ++round) {
-    const auto tile = [&](uint32_t i) { return TileOf(grid, i, {Rgb(0.1f * static_cast<float>(i + 1)), Rgb(1.0f / static_cast<float>(round + 3))}); };
+    const auto tile = [&](uint32_t i) {
+      return TileOf(grid, i, {Rgb(0.1f * static_cast<float>(i + 1)), Rgb(1.0f / static_cast<float>(round + 3))});
+    };
     for (uint32_t i = 0; i < grid.tile_count(); ++i) {
       forward.Add(grid, tile(i));
       backward.Add(grid, tile(grid.tile_count() - 1 - i));

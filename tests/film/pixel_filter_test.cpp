@@ -18,7 +18,8 @@ Vec2 Uniform(uint32_t i) {
 
 class PixelFilterTest : public testing::TestWithParam<PixelFilter::Parameters> {};
 
-// Weighted samples must be distributed as the filter: the moments that an image sees (mean 0, second moments) and a histogram of one axis.
+// Weighted samples must be distributed as the filter: the moments that an image sees (mean 0, second moments) and a
+// histogram of one axis.
 TEST_P(PixelFilterTest, SamplesReproduceTheFilter) {
   const auto& f = GetParam();
   const PixelFilter filter(f);
@@ -50,14 +51,17 @@ TEST_P(PixelFilterTest, SamplesReproduceTheFilter) {
   EXPECT_NEAR(mean_weight / kSamples, 1, 5 * sigma + 1e-4);
   EXPECT_NEAR(mean_x / kSamples, 0, 5 * sigma * f.radius_x);
   EXPECT_NEAR(mean_xx / kSamples, second, 5 * sigma * f.radius_x * f.radius_x + 1e-4);
-  for (int b = 0; b < kBins; ++b) EXPECT_NEAR(histogram[b] / kSamples, mass[b] / total, 5 * sigma + 2e-4) << "bin " << b;
+  for (int b = 0; b < kBins; ++b)
+    EXPECT_NEAR(histogram[b] / kSamples, mass[b] / total, 5 * sigma + 2e-4) << "bin " << b;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, PixelFilterTest,
-                         testing::Values(PixelFilter::Parameters{.kind = Kind::kBox}, PixelFilter::Parameters{.kind = Kind::kBox, .radius_x = 1.5f, .radius_y = 2},
-                                         PixelFilter::Parameters{.kind = Kind::kTriangle, .radius_x = 2, .radius_y = 1},
-                                         PixelFilter::Parameters{.kind = Kind::kGaussian, .radius_x = 1.5f, .radius_y = 1.5f},
-                                         PixelFilter::Parameters{.kind = Kind::kMitchell, .radius_x = 2, .radius_y = 2}));
+INSTANTIATE_TEST_SUITE_P(
+    All, PixelFilterTest,
+    testing::Values(PixelFilter::Parameters{.kind = Kind::kBox},
+                    PixelFilter::Parameters{.kind = Kind::kBox, .radius_x = 1.5f, .radius_y = 2},
+                    PixelFilter::Parameters{.kind = Kind::kTriangle, .radius_x = 2, .radius_y = 1},
+                    PixelFilter::Parameters{.kind = Kind::kGaussian, .radius_x = 1.5f, .radius_y = 1.5f},
+                    PixelFilter::Parameters{.kind = Kind::kMitchell, .radius_x = 2, .radius_y = 2}));
 
 TEST(PixelFilter, KnownValues) {
   EXPECT_FLOAT_EQ(PixelFilter::Evaluate({.kind = Kind::kTriangle, .radius_x = 2, .radius_y = 2}, {0.5f, -1}), 1.5f);

@@ -11,7 +11,9 @@
 namespace lodestar {
 namespace {
 
-std::string Temp(const std::string& name) { return testing::TempDir() + "/" + name; }
+std::string Temp(const std::string& name) {
+  return testing::TempDir() + "/" + name;
+}
 
 FloatImage Gradient(int width, int height) {
   FloatImage image{width, height, {}};
@@ -40,7 +42,8 @@ TEST(Image, HalfExrRoundTripsToHalfPrecision) {
 
 TEST(Image, ExrKeepsNamedChannels) {
   const std::vector<float> values{1, 2, 3, 4, 5, 6};
-  WriteExr(Temp("aov.exr"), 3, 2, {{"R", values.data()}, {"G", values.data()}, {"B", values.data()}, {"variance.R", values.data()}});
+  WriteExr(Temp("aov.exr"), 3, 2,
+           {{"R", values.data()}, {"G", values.data()}, {"B", values.data()}, {"variance.R", values.data()}});
   EXPECT_EQ(ReadImage(Temp("aov.exr")).At(2, 1), Rgb(6));
 }
 
@@ -118,7 +121,8 @@ TEST(TexelImage, EightBitTexelsAreLinearised) {
   for (int y = 0; y < 6; ++y)
     for (int x = 0; x < 11; ++x) {
       const Vec2 st{(x + 0.5f) / 11, (y + 0.5f) / 6};
-      const Rgb a = texels->LookupRgb(st, Wrap::kRepeat, true), b = decoded.At(x, y), c = texels->LookupRgb(st, Wrap::kRepeat, false);
+      const Rgb a = texels->LookupRgb(st, Wrap::kRepeat, true), b = decoded.At(x, y),
+                c = texels->LookupRgb(st, Wrap::kRepeat, false);
       EXPECT_NEAR(a.r, b.r, 1e-6);
       EXPECT_NEAR(a.g, b.g, 1e-6);
       EXPECT_NEAR(a.b, b.b, 1e-6);

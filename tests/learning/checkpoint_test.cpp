@@ -26,13 +26,15 @@ std::vector<Bytes> CheckpointsOf(const JobSpec& job, test::Result* result) {
   Loop loop(job, SyntheticSurvey());
   SyntheticExecutor executor(loop, {.clock = &clock});
   std::vector<Bytes> checkpoints{loop.Checkpoint()};
-  loop.Run(executor, StopToken(), {.checkpoint = [&](const Loop& at) { checkpoints.push_back(at.Checkpoint()); }}, clock);
+  loop.Run(executor, StopToken(), {.checkpoint = [&](const Loop& at) { checkpoints.push_back(at.Checkpoint()); }},
+           clock);
   *result = ResultOf(loop);
   return checkpoints;
 }
 
 TEST(Checkpoint, RestoredAnywhereGivesTheSameBits) {
-  for (const auto& [method, combine] : std::map<std::string, std::string>{{"path", ""}, {"sdtree", "inverse-variance"}}) {
+  for (const auto& [method, combine] :
+       std::map<std::string, std::string>{{"path", ""}, {"sdtree", "inverse-variance"}}) {
     test::Result expected;
     const std::vector<Bytes> checkpoints = CheckpointsOf(JobOf(method, combine), &expected);
     ASSERT_GT(checkpoints.size(), 6u);
@@ -77,7 +79,8 @@ TEST(Checkpoint, DamageIsRefused) {
   test::Result unused;
   const Bytes bytes = CheckpointsOf(JobOf("sdtree", "discard"), &unused)[5];
   const size_t step = bytes.size() / 300 + 1;
-  for (size_t size = 0; size < bytes.size(); size += step) EXPECT_THROW(Loop::Restore(std::string_view(bytes).substr(0, size)), Error) << size;
+  for (size_t size = 0; size < bytes.size(); size += step)
+    EXPECT_THROW(Loop::Restore(std::string_view(bytes).substr(0, size)), Error) << size;
   for (size_t i = 0; i < bytes.size(); i += i < 100 ? 1 : step) {
     Bytes damaged = bytes;
     damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));
@@ -87,7 +90,8 @@ TEST(Checkpoint, DamageIsRefused) {
   EXPECT_THROW(Loop::Restore(JobOf("path", "").Serialize()), Error);
 }
 
-// A right checksum around wrong content: no crash, whatever the content says. The checksum is found by asking OpenSealed's own writer.
+// A right checksum around wrong content: no crash, whatever the content says. The checksum is found by asking
+// OpenSealed's own writer.
 TEST(Checkpoint, ForgedContentDoesNotCrash) {
   test::Result unused;
   const std::vector<Bytes> checkpoints = CheckpointsOf(JobOf("sdtree", "inverse-variance"), &unused);

@@ -13,7 +13,10 @@ namespace {
 // A round of 3 x 2 tiles of a job that learns, and one node of it.
 class ContributionTest : public ::testing::Test {
  protected:
-  ContributionTest() : job_(test::SyntheticJob("sdtree", 10)), method_(MakeMethod(job_, test::SyntheticSurvey())), state_(method_->Initial()) {}
+  ContributionTest()
+      : job_(test::SyntheticJob("sdtree", 10)),
+        method_(MakeMethod(job_, test::SyntheticSurvey())),
+        state_(method_->Initial()) {}
 
   Contribution Render(TreeNode node) const {
     Contribution sum;
@@ -22,7 +25,9 @@ class ContributionTest : public ::testing::Test {
     }
     return sum;
   }
-  Contribution Parse(std::string_view bytes, TreeNode node) const { return ParseContribution(*method_, state_, grid_, round_, node, bytes); }
+  Contribution Parse(std::string_view bytes, TreeNode node) const {
+    return ParseContribution(*method_, state_, grid_, round_, node, bytes);
+  }
   std::string Refusal(std::string_view bytes, TreeNode node) const {
     try {
       Parse(bytes, node);
@@ -53,7 +58,8 @@ TEST_F(ContributionTest, RoundTripKeepsEveryBit) {
 
 TEST_F(ContributionTest, DamageIsRefused) {
   const Bytes bytes = SerializeContribution(Render(node_));
-  for (size_t size = 0; size < bytes.size(); size += size < 200 ? 1 : 61) EXPECT_THROW(Parse(std::string_view(bytes).substr(0, size), node_), Error) << size;
+  for (size_t size = 0; size < bytes.size(); size += size < 200 ? 1 : 61)
+    EXPECT_THROW(Parse(std::string_view(bytes).substr(0, size), node_), Error) << size;
   for (size_t i = 0; i < bytes.size(); i += i < 200 ? 1 : 37) {
     Bytes damaged = bytes;
     damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 8)));
@@ -64,8 +70,10 @@ TEST_F(ContributionTest, DamageIsRefused) {
 // Bytes with a right checksum around wrong content: what a faulty or hostile worker could send.
 TEST_F(ContributionTest, ForeignContentIsRefused) {
   const TreeNode sibling{1, 0};
-  EXPECT_NE(Refusal(SerializeContribution(Render(sibling)), node_).find("holds tile 0 where tile 2 belongs"), std::string::npos);
-  EXPECT_NE(Refusal(SerializeContribution(Render({2, 0})), node_).find("does not hold the 2 tiles of its node"), std::string::npos);
+  EXPECT_NE(Refusal(SerializeContribution(Render(sibling)), node_).find("holds tile 0 where tile 2 belongs"),
+            std::string::npos);
+  EXPECT_NE(Refusal(SerializeContribution(Render({2, 0})), node_).find("does not hold the 2 tiles of its node"),
+            std::string::npos);
   EXPECT_NE(Refusal(SerializeContribution(Render(node_)), {4, 0}).find("node that does not exist"), std::string::npos);
 
   Contribution wrong = Render(node_);

@@ -29,7 +29,8 @@ JobSpec SomeJob() {
 // Every truncation and every single-bit error is an Error, never a value and never a crash.
 template <class Parse>
 void ExpectDamageRefused(const Bytes& bytes, Parse&& parse) {
-  for (size_t size = 0; size < bytes.size(); ++size) EXPECT_THROW(parse(std::string_view(bytes).substr(0, size)), Error) << size;
+  for (size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_THROW(parse(std::string_view(bytes).substr(0, size)), Error) << size;
   EXPECT_THROW(parse(bytes + 'x'), Error);
   for (size_t bit = 0; bit < bytes.size() * 8; ++bit) {
     Bytes damaged = bytes;
@@ -56,7 +57,9 @@ TEST(JobSpec, RoundTrip) {
   EXPECT_EQ(back.Serialize(), job.Serialize());
 }
 
-TEST(JobSpec, DamageIsRefused) { ExpectDamageRefused(SomeJob().Serialize(), [](std::string_view bytes) { JobSpec::Parse(bytes); }); }
+TEST(JobSpec, DamageIsRefused) {
+  ExpectDamageRefused(SomeJob().Serialize(), [](std::string_view bytes) { JobSpec::Parse(bytes); });
+}
 
 TEST(Survey, RoundTripAndDamage) {
   Survey survey = test::SyntheticSurvey();
@@ -91,7 +94,9 @@ TEST(SealedBytes, AnotherVersionIsNamed) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::kConflict);
-    EXPECT_NE(std::string(error.what()).find("paper has format version 2, this program reads version 1"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("paper has format version 2, this program reads version 1"),
+              std::string::npos)
+        << error.what();
   }
   EXPECT_THROW(OpenSealed(bytes, DocumentMagic("ELSE"), 2, "paper"), Error);
   EXPECT_THROW(OpenSealed("", kMagic, 2, "paper"), Error);

@@ -66,11 +66,15 @@ TEST(Loop, IterationsDoubleAndTheLastTakesAtLeastHalf) {
     EXPECT_EQ(run.report.passes, spp);
     EXPECT_EQ(run.report.iterations, passes.size());
     for (const auto& [iteration, count] : passes) {
-      if (iteration + 1 < passes.size()) { EXPECT_EQ(count, uint64_t{1} << iteration) << spp; }
+      if (iteration + 1 < passes.size()) {
+        EXPECT_EQ(count, uint64_t{1} << iteration) << spp;
+      }
     }
     EXPECT_GE(2 * passes.rbegin()->second, spp) << spp;
     // And training is not given up early: it takes at least a tenth wherever the budget is more than a few passes.
-    if (spp >= 10) { EXPECT_GE(10 * (spp - passes.rbegin()->second), spp) << spp; }
+    if (spp >= 10) {
+      EXPECT_GE(10 * (spp - passes.rbegin()->second), spp) << spp;
+    }
   }
 }
 
@@ -171,11 +175,14 @@ TEST(Loop, AStopInTrainingReplays) {
   class SlowingExecutor final : public Executor {
    public:
     SlowingExecutor(const Loop& loop, ManualClock* clock) : inner_(loop, {}), clock_(clock) {}
-    std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) override {
+    std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                        const StopToken& stop) override {
       clock_->Advance(std::chrono::seconds(round.iteration < 8 ? 1 : 600));
       return inner_.Execute(state, round, stop);
     }
-    void Announce(const std::shared_ptr<const State>& state, const Round& next) override { inner_.Announce(state, next); }
+    void Announce(const std::shared_ptr<const State>& state, const Round& next) override {
+      inner_.Announce(state, next);
+    }
 
    private:
     SyntheticExecutor inner_;
@@ -245,7 +252,9 @@ TEST(Loop, AStoppedRunGoesOnWithTheSameBits) {
     SyntheticExecutor executor(loop, {.stop = &stop, .stop_before_round = 2});
     loop.Run(executor, stop, {});
     executed += executor.rounds.size();
-    if (!loop.finished()) { EXPECT_EQ(loop.Report().stop_reason, "stopped"); }
+    if (!loop.finished()) {
+      EXPECT_EQ(loop.Report().stop_reason, "stopped");
+    }
   }
   EXPECT_EQ(loop.Report().stop_reason, "spp");
   EXPECT_EQ(executed, expected.rounds.size());
@@ -256,11 +265,14 @@ TEST(Loop, AnExceptionLeavesTheLoopAtItsEdge) {
   class FailingExecutor final : public Executor {
    public:
     explicit FailingExecutor(const Loop& loop) : inner_(loop, {}) {}
-    std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) override {
+    std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                        const StopToken& stop) override {
       if (++calls_ == 4) throw Error(ErrorKind::kIo, "the machine is on fire");
       return inner_.Execute(state, round, stop);
     }
-    void Announce(const std::shared_ptr<const State>& state, const Round& next) override { inner_.Announce(state, next); }
+    void Announce(const std::shared_ptr<const State>& state, const Round& next) override {
+      inner_.Announce(state, next);
+    }
 
    private:
     SyntheticExecutor inner_;
@@ -337,7 +349,9 @@ TEST(Loop, PointsFollowTheReference) {
     ASSERT_TRUE(point.against_reference);
     const double expected = 1 / 12.0 / static_cast<double>(point.spp);
     EXPECT_NEAR(point.against_reference->relmse / expected, 1, 0.2) << point.spp;
-    if (point.spp > 8) { EXPECT_NEAR(point.relmse_estimated / expected, 1, 0.12) << point.spp; }
+    if (point.spp > 8) {
+      EXPECT_NEAR(point.relmse_estimated / expected, 1, 0.12) << point.spp;
+    }
   }
   reference->width = 24;
   reference->height = 40;
@@ -358,7 +372,8 @@ TEST(Loop, AutomaticStopsWhenTheVarianceStopsFalling) {
 
 TEST(Loop, ExtremeImages) {
   for (const auto& [width, height] : {std::pair<uint32_t, uint32_t>{1, 1}, {1, 700}, {700, 1}, {17, 16}}) {
-    const Outcome run = RunJob(SyntheticJob("sdtree", 6), {.shuffle = 5, .detours = true}, SyntheticSurvey(width, height));
+    const Outcome run =
+        RunJob(SyntheticJob("sdtree", 6), {.shuffle = 5, .detours = true}, SyntheticSurvey(width, height));
     EXPECT_EQ(run.report.passes, 6u);
   }
   const Outcome one_sample = RunJob(SyntheticJob("sdtree", 1), {}, SyntheticSurvey(1, 1));

@@ -42,7 +42,8 @@ TEST(Registry, NamesItsMethods) {
     job.method = entry.name;
     EXPECT_EQ(MakeMethod(job, SyntheticSurvey())->name(), entry.name);
     for (const OptionHelp& option : entry.options) {
-      EXPECT_FALSE(option.values.empty() || option.default_value.empty() || option.help.empty()) << entry.name << " " << option.name;
+      EXPECT_FALSE(option.values.empty() || option.default_value.empty() || option.help.empty())
+          << entry.name << " " << option.name;
     }
   }
 }
@@ -54,7 +55,8 @@ TEST(Registry, UnknownNamesListWhatExists) {
 }
 
 TEST(Registry, BadValuesListWhatIsTaken) {
-  EXPECT_EQ(Refusal("path", {{"nee", "kickstart"}}), "option 'nee' of method 'path' cannot be 'kickstart'; it takes always | never");
+  EXPECT_EQ(Refusal("path", {{"nee", "kickstart"}}),
+            "option 'nee' of method 'path' cannot be 'kickstart'; it takes always | never");
   for (const auto& [name, value] : std::map<std::string, std::string>{{"preset", "2018"},
                                                                       {"nee", ""},
                                                                       {"combine", "best"},
@@ -66,7 +68,9 @@ TEST(Registry, BadValuesListWhatIsTaken) {
                                                                       {"max-depth", "20.5"},
                                                                       {"training", "-1"}}) {
     const std::string refusal = Refusal("sdtree", {{name, value}});
-    EXPECT_NE(refusal.find("option '" + name + "' of method 'sdtree' cannot be '" + value + "'; it takes "), std::string::npos) << refusal;
+    EXPECT_NE(refusal.find("option '" + name + "' of method 'sdtree' cannot be '" + value + "'; it takes "),
+              std::string::npos)
+        << refusal;
   }
 }
 
@@ -116,7 +120,8 @@ TEST(SdTreeMethod, PresetsAndOverrides) {
   EXPECT_EQ(options.tree.flux_threshold, 0.02f);
   EXPECT_EQ(options.tree.max_directional_depth, 12);
   EXPECT_EQ(options.training, 5);
-  EXPECT_EQ(Parse({{"bsdf-fraction", "learned-variance"}}).tree.bsdf_fraction_loss, SdTreeOptions::BsdfFractionLoss::kVariance);
+  EXPECT_EQ(Parse({{"bsdf-fraction", "learned-variance"}}).tree.bsdf_fraction_loss,
+            SdTreeOptions::BsdfFractionLoss::kVariance);
 }
 
 TEST(Nee, KickstartEndsAfterThreeIterations) {
@@ -156,7 +161,8 @@ TEST(MethodOptions, NumbersAreWholeAndFinite) {
   EXPECT_TRUE(ParseNumber("0.25", &value));
   EXPECT_EQ(value, 0.25);
   EXPECT_TRUE(ParseNumber("-1e3", &value));
-  for (const char* text : {"", "1 ", " 1", "0x10", "1,5", "inf", "nan", "1e999", "one"}) EXPECT_FALSE(ParseNumber(text, &value)) << text;
+  for (const char* text : {"", "1 ", " 1", "0x10", "1,5", "inf", "nan", "1e999", "one"})
+    EXPECT_FALSE(ParseNumber(text, &value)) << text;
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// A renderer without a scene: pixels and records are hashes of (seed, pixel, pass) and depend on the state, as those of a real one. Tests choose the order,
-// the partition into nodes and the detours by which a round's units arrive.
+// A renderer without a scene: pixels and records are hashes of (seed, pixel, pass) and depend on the state, as those of
+// a real one. Tests choose the order, the partition into nodes and the detours by which a round's units arrive.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -39,11 +39,14 @@ inline JobSpec SyntheticJob(const std::string& method, uint64_t spp) {
   return job;
 }
 
-inline Rgb SyntheticMean(uint32_t x, uint32_t y) { return {0.5f + 0.01f * static_cast<float>(x), 0.7f, 0.2f + 0.02f * static_cast<float>(y)}; }
+inline Rgb SyntheticMean(uint32_t x, uint32_t y) {
+  return {0.5f + 0.01f * static_cast<float>(x), 0.7f, 0.2f + 0.02f * static_cast<float>(y)};
+}
 
-// One unit. Every pass of a pixel is a sample of mean SyntheticMean and relative variance 1/12 * noise^2, and one record in a training round.
-inline Contribution RenderUnit(const JobSpec& job, const Method& method, const std::shared_ptr<const State>& state, const TileGrid& grid, const Round& round,
-                               uint32_t unit, float noise = 1) {
+// One unit. Every pass of a pixel is a sample of mean SyntheticMean and relative variance 1/12 * noise^2, and one
+// record in a training round.
+inline Contribution RenderUnit(const JobSpec& job, const Method& method, const std::shared_ptr<const State>& state,
+                               const TileGrid& grid, const Round& round, uint32_t unit, float noise = 1) {
   Contribution result;
   const TileRect rect = grid.Rect(unit);
   FilmTile tile{unit, std::vector<PixelSum>(rect.pixels())};
@@ -66,7 +69,8 @@ inline Contribution RenderUnit(const JobSpec& job, const Method& method, const s
         value += 1e-3f * w.z * pdf;
         if (learned != nullptr) {
           const float radiance = w.z > 0.5f ? 1 + position.x : 0;
-          learned->sums().Record({position, w, radiance, pdf, 0.08f, pdf, radiance * 0.1f, false, leaf}, {p.y, p.x, position.z});
+          learned->sums().Record({position, w, radiance, pdf, 0.08f, pdf, radiance * 0.1f, false, leaf},
+                                 {p.y, p.x, position.z});
         }
       }
       tile.pixels[i].Add(SyntheticMean(x, y) * value);
@@ -76,30 +80,38 @@ inline Contribution RenderUnit(const JobSpec& job, const Method& method, const s
   result.paths = uint64_t{rect.pixels()} * round.passes;
   result.rays = result.paths * 3;
   result.vertices = result.paths * 2;
-  if (unit == 1 && round.first_pass <= 5) result.health.Count(HealthEvent::kClamped, rect.x0, rect.y0, round.first_pass, round.iteration);
+  if (unit == 1 && round.first_pass <= 5)
+    result.health.Count(HealthEvent::kClamped, rect.x0, rect.y0, round.first_pass, round.iteration);
   return result;
 }
 
 class SyntheticExecutor final : public Executor {
  public:
   struct Options {
-    uint64_t shuffle = 0;            // 0: in order, unit by unit; else the seed of order and partition
-    bool through_bytes = false;      // as the farm: every contribution is serialized and parsed
-    bool detours = false;            // duplicates, late submits, covered nodes, ancestors that replace descendants
+    uint64_t shuffle = 0;        // 0: in order, unit by unit; else the seed of order and partition
+    bool through_bytes = false;  // as the farm: every contribution is serialized and parsed
+    bool detours = false;        // duplicates, late submits, covered nodes, ancestors that replace descendants
     float noise = 1;
-    double seconds_per_pass = 1;     // moved on `clock`
+    double seconds_per_pass = 1;  // moved on `clock`
     ManualClock* clock = nullptr;
-    StopToken* stop = nullptr;       // requested ...
-    int stop_before_round = -1;      // ... when this many rounds are done
+    StopToken* stop = nullptr;   // requested ...
+    int stop_before_round = -1;  // ... when this many rounds are done
   };
-  SyntheticExecutor(const Loop& loop, Options options) : job_(loop.job()), method_(loop.method()), grid_(loop.grid()), options_(options), random_(options.shuffle) {}
+  SyntheticExecutor(const Loop& loop, Options options)
+      : job_(loop.job()), method_(loop.method()), grid_(loop.grid()), options_(options), random_(options.shuffle) {}
 
-  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) override {
-    if (options_.stop != nullptr && static_cast<int>(rounds.size()) == options_.stop_before_round) options_.stop->Request();
+  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                      const StopToken& stop) override {
+    if (options_.stop != nullptr && static_cast<int>(rounds.size()) == options_.stop_before_round)
+      options_.stop->Request();
     if (stop.Requested()) return std::nullopt;
     // What was announced before the last round must be this one; nothing was where the state advanced in between.
-    if (expected_) { EXPECT_EQ(*expected_, round); }
-    if (!expected_ && !rounds.empty()) { EXPECT_NE(round.iteration, rounds.back().iteration); }
+    if (expected_) {
+      EXPECT_EQ(*expected_, round);
+    }
+    if (!expected_ && !rounds.empty()) {
+      EXPECT_NE(round.iteration, rounds.back().iteration);
+    }
     expected_ = std::exchange(announced_, std::nullopt);
     rounds.push_back(round);
     RoundReduction reduction(round.unit_count);
@@ -109,7 +121,8 @@ class SyntheticExecutor final : public Executor {
       EXPECT_EQ(reduction.Commit({0, 0}, RenderNode(state, round, {0, 0})), RoundReduction::Outcome::kCovered);  // late
     }
     if (options_.clock != nullptr) {
-      options_.clock->Advance(std::chrono::duration_cast<Clock::Duration>(std::chrono::duration<double>(options_.seconds_per_pass * round.passes)));
+      options_.clock->Advance(std::chrono::duration_cast<Clock::Duration>(
+          std::chrono::duration<double>(options_.seconds_per_pass * round.passes)));
     }
     return reduction.Take();
   }
@@ -155,7 +168,8 @@ class SyntheticExecutor final : public Executor {
       EXPECT_EQ(reduction->Commit(child, RenderNode(state, round, child)), RoundReduction::Outcome::kCovered);
       // A cut at the edge may have made the child's parent complete already.
       const bool covered = reduction->Covered(node);
-      EXPECT_EQ(reduction->Commit(node, RenderNode(state, round, node)), covered ? RoundReduction::Outcome::kCovered : RoundReduction::Outcome::kCommitted);
+      EXPECT_EQ(reduction->Commit(node, RenderNode(state, round, node)),
+                covered ? RoundReduction::Outcome::kCovered : RoundReduction::Outcome::kCommitted);
     } else {
       EXPECT_EQ(reduction->Commit(node, RenderNode(state, round, node)), RoundReduction::Outcome::kCommitted);
     }
@@ -176,14 +190,15 @@ struct Result {
   int training_iterations = 0;
   friend bool operator==(const Result&, const Result&) = default;
   friend void PrintTo(const Result& r, std::ostream* out) {
-    *out << "image " << r.image.hex << ", state " << r.state.hex << ", " << r.passes << " passes, " << r.paths << " paths, " << r.health << " events, "
-         << r.training_iterations << " training iterations";
+    *out << "image " << r.image.hex << ", state " << r.state.hex << ", " << r.passes << " passes, " << r.paths
+         << " paths, " << r.health << " events, " << r.training_iterations << " training iterations";
   }
 };
 
 inline Result ResultOf(const Loop& loop) {
   const JobReport report = FinalReport(loop, loop.Develop());
-  return {report.image_hash, report.state_hash, report.passes, report.paths, report.health.total(), report.training_iterations};
+  return {report.image_hash, report.state_hash,     report.passes,
+          report.paths,      report.health.total(), report.training_iterations};
 }
 
 }  // namespace lodestar::test

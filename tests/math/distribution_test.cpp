@@ -8,7 +8,9 @@
 namespace lodestar {
 namespace {
 
-float Uniform(uint32_t i, uint32_t stream) { return Sampler::ToUnit(static_cast<uint32_t>(Mix64((uint64_t{stream} << 32) | i) >> 32)); }
+float Uniform(uint32_t i, uint32_t stream) {
+  return Sampler::ToUnit(static_cast<uint32_t>(Mix64((uint64_t{stream} << 32) | i) >> 32));
+}
 
 TEST(AliasTable, PicksByWeight) {
   const std::vector<double> weights{3, 0, 1, 0.5, 10, 0, 0.01, 2};

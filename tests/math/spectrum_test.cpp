@@ -7,7 +7,9 @@
 namespace lodestar {
 namespace {
 
-SampledSpectrum Constant(double value) { return {{300, 900}, {value, value}}; }
+SampledSpectrum Constant(double value) {
+  return {{300, 900}, {value, value}};
+}
 
 void ExpectNear(Rgb actual, Rgb expected, float tolerance) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(actual[c], expected[c], tolerance) << "component " << c;
@@ -79,8 +81,8 @@ float NormalReflectance(Rgb eta, Rgb k, int c) {
 
 TEST(NamedSpectra, MetalsHaveTheirColours) {
   const Rgb eta = *NamedSurfaceSpectrum("metal-Cu-eta"), k = *NamedSurfaceSpectrum("metal-Cu-k");
-  // The RGB values of copper that circulate, eta (0.200, 0.924, 1.102) and k (3.913, 2.453, 2.142), were integrated against equal energy: divided
-  // by what that makes of a constant spectrum, (1.205, 0.948, 0.909), they are ours.
+  // The RGB values of copper that circulate, eta (0.200, 0.924, 1.102) and k (3.913, 2.453, 2.142), were integrated
+  // against equal energy: divided by what that makes of a constant spectrum, (1.205, 0.948, 0.909), they are ours.
   ExpectNear(eta, {0.166f, 0.975f, 1.212f}, 0.1f);
   ExpectNear(k, {3.247f, 2.588f, 2.356f}, 0.1f);
   EXPECT_GT(NormalReflectance(eta, k, 0), 0.88f);
@@ -89,24 +91,28 @@ TEST(NamedSpectra, MetalsHaveTheirColours) {
   EXPECT_GT(NormalReflectance(gold_eta, gold_k, 0), NormalReflectance(gold_eta, gold_k, 1) + 0.1f);
   EXPECT_GT(NormalReflectance(gold_eta, gold_k, 1), NormalReflectance(gold_eta, gold_k, 2) + 0.2f);
   for (int c = 0; c < 3; ++c) {
-    EXPECT_NEAR(NormalReflectance(*NamedSurfaceSpectrum("metal-Ag-eta"), *NamedSurfaceSpectrum("metal-Ag-k"), c), 0.97f, 0.02f);
-    EXPECT_NEAR(NormalReflectance(*NamedSurfaceSpectrum("metal-Al-eta"), *NamedSurfaceSpectrum("metal-Al-k"), c), 0.915f, 0.015f);
+    EXPECT_NEAR(NormalReflectance(*NamedSurfaceSpectrum("metal-Ag-eta"), *NamedSurfaceSpectrum("metal-Ag-k"), c), 0.97f,
+                0.02f);
+    EXPECT_NEAR(NormalReflectance(*NamedSurfaceSpectrum("metal-Al-eta"), *NamedSurfaceSpectrum("metal-Al-k"), c),
+                0.915f, 0.015f);
   }
   EXPECT_NEAR(NamedSurfaceSpectrum("metal-MgO-eta")->g, 1.7375f, 0.01f);
   EXPECT_NEAR(NamedSurfaceSpectrum("metal-TiO2-eta")->g, 2.65f, 0.05f);
 }
 
 TEST(NamedSpectra, GlassesHaveTheirCataloguedIndex) {
-  const std::pair<const char*, double> catalogue[] = {{"glass-BK7", 1.51680}, {"glass-BAF10", 1.67003}, {"glass-FK51A", 1.48656},
-                                                      {"glass-LASF9", 1.85025}, {"glass-F5", 1.67270}, {"glass-F10", 1.72825},
-                                                      {"glass-F11", 1.78472}, {"glass-SF11", 1.78472}, {"glass-F2", 1.62004}};
+  const std::pair<const char*, double> catalogue[] = {
+      {"glass-BK7", 1.51680},   {"glass-BAF10", 1.67003}, {"glass-FK51A", 1.48656},
+      {"glass-LASF9", 1.85025}, {"glass-F5", 1.67270},    {"glass-F10", 1.72825},
+      {"glass-F11", 1.78472},   {"glass-SF11", 1.78472},  {"glass-F2", 1.62004}};
   for (const auto& [name, eta] : catalogue) EXPECT_NEAR(NamedGlassEta(name).value(), eta, 2e-5) << name;
   EXPECT_FALSE(NamedGlassEta("metal-Cu-eta"));
 }
 
 TEST(NamedSpectra, EveryNameHasExactlyOneKind) {
   for (std::string_view name : NamedSpectra()) {
-    const int kinds = NamedSurfaceSpectrum(name).has_value() + NamedGlassEta(name).has_value() + NamedIlluminant(name).has_value();
+    const int kinds =
+        NamedSurfaceSpectrum(name).has_value() + NamedGlassEta(name).has_value() + NamedIlluminant(name).has_value();
     EXPECT_EQ(kinds, 1) << name;
   }
   EXPECT_FALSE(NamedSurfaceSpectrum("metal-Unobtainium-eta"));

@@ -1,6 +1,7 @@
-// Renders of real scenes against references by two other renderers (the README beside those scenes states the tolerances): image means within 1 %, and
-// 95 % of 8x8-pixel blocks within three times the sum of both standard errors or 3 %, whichever is larger. Wider where coated diffuse materials make up
-// much of the image: ours is another model of them, a few per cent darker by design (docs/decisions/0006-coats.md).
+// Renders of real scenes against references by two other renderers (the README beside those scenes states the
+// tolerances): image means within 1 %, and 95 % of 8x8-pixel blocks within three times the sum of both standard errors
+// or 3 %, whichever is larger. Wider where coated diffuse materials make up much of the image: ours is another model of
+// them, a few per cent darker by design (docs/decisions/0006-coats.md).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +19,7 @@ struct Case {
   const char* scene;
   const char* reference;
   uint64_t spp;
-  double reference_spp;        // of a render as noisy as the reference
+  double reference_spp;  // of a render as noisy as the reference
   double mean_tolerance;
   double block_tolerance;
 };
@@ -47,7 +48,8 @@ class ReferenceTest : public testing::TestWithParam<Case> {};
 TEST_P(ReferenceTest, AgreesWithAnotherRenderer) {
   const Case& c = GetParam();
   const std::filesystem::path folder = std::filesystem::path(LODESTAR_SOURCE_DIR) / "../shared/scenes" / c.scene;
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the shared scene " << c.scene << " is not beside this checkout";
+  if (!std::filesystem::exists(folder))
+    GTEST_SKIP() << "the shared scene " << c.scene << " is not beside this checkout";
   const FloatImage file = ReadImage((folder / c.reference).string());
   const Image reference{static_cast<uint32_t>(file.width), static_cast<uint32_t>(file.height), file.pixels, {}};
 
@@ -58,7 +60,8 @@ TEST_P(ReferenceTest, AgreesWithAnotherRenderer) {
   job.resolution_y = reference.height;
   job.budget.spp = c.spp;
   job.seed = 1;
-  const Image image = test::Render(CompileJob(ParsePbrtFile(folder / (std::string(c.scene) + ".pbrt")), job), job).image;
+  const Image image =
+      test::Render(CompileJob(ParsePbrtFile(folder / (std::string(c.scene) + ".pbrt")), job), job).image;
 
   for (int channel = 0; channel < 3; ++channel) {
     double ours = 0, theirs = 0;
@@ -67,7 +70,8 @@ TEST_P(ReferenceTest, AgreesWithAnotherRenderer) {
       theirs += reference.pixels[i][channel];
     }
     std::printf("%s, channel %d: mean %.4f of the reference's\n", c.scene, channel, ours / theirs);
-    EXPECT_NEAR(ours / theirs, 1, c.mean_tolerance) << c.scene << ", channel " << channel << ": mean " << ours / image.size() << " against " << theirs / image.size();
+    EXPECT_NEAR(ours / theirs, 1, c.mean_tolerance) << c.scene << ", channel " << channel << ": mean "
+                                                    << ours / image.size() << " against " << theirs / image.size();
   }
   const std::vector<Block> a = Blocks(image), b = Blocks(reference);
   std::vector<double> needed;  // the relative tolerance at which each block agrees; 0 where noise alone explains it
@@ -85,11 +89,14 @@ TEST_P(ReferenceTest, AgreesWithAnotherRenderer) {
 }
 
 INSTANTIATE_TEST_SUITE_P(SharedScenes, ReferenceTest,
-                         testing::Values(Case{"veach-ajar", "reference-2.exr", 128, 4000, 0.01, 0.03}, Case{"veach-ajar", "reference.exr", 128, 768, 0.01, 0.03},
+                         testing::Values(Case{"veach-ajar", "reference-2.exr", 128, 4000, 0.01, 0.03},
+                                         Case{"veach-ajar", "reference.exr", 128, 768, 0.01, 0.03},
                                          Case{"living-room", "reference.exr", 128, 768, 0.03, 0.03},
-                                         Case{"staircase2", "reference.exr", 128, 512, 0.05, 0.16}, Case{"veach-mis", "reference.exr", 128, 1024, 0.01, 0.03}),
+                                         Case{"staircase2", "reference.exr", 128, 512, 0.05, 0.16},
+                                         Case{"veach-mis", "reference.exr", 128, 1024, 0.01, 0.03}),
                          [](const auto& info) {
-                           std::string name = std::string(info.param.scene) + (std::string(info.param.reference) == "reference-2.exr" ? "Second" : "");
+                           std::string name = std::string(info.param.scene) +
+                                              (std::string(info.param.reference) == "reference-2.exr" ? "Second" : "");
                            std::erase(name, '-');
                            return name;
                          });

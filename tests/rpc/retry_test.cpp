@@ -22,7 +22,8 @@ TEST(Retry, GrowsWithJitterUntilTheTimeIsOver) {
   ManualClock clock;
   FakeSleeper sleeper(&clock);
   int calls = 0;
-  EXPECT_THROW(Retry(Idempotency::kIdempotent, seconds(10), clock, sleeper, Backoff({milliseconds(100), seconds(2), 2}, 1), nullptr,
+  EXPECT_THROW(Retry(Idempotency::kIdempotent, seconds(10), clock, sleeper,
+                     Backoff({milliseconds(100), seconds(2), 2}, 1), nullptr,
                      [&] {
                        ++calls;
                        throw UnreachableError("away");
@@ -63,7 +64,8 @@ TEST(Retry, RepeatsOnlyWhatIsIdempotentAndOnlyWhenUnreachable) {
 }
 
 TEST(Status, KeepsKindAndMessage) {
-  for (const auto kind : {ErrorKind::kInvalidInput, ErrorKind::kUnsupported, ErrorKind::kNotFound, ErrorKind::kCorrupt, ErrorKind::kIo, ErrorKind::kConflict}) {
+  for (const auto kind : {ErrorKind::kInvalidInput, ErrorKind::kUnsupported, ErrorKind::kNotFound, ErrorKind::kCorrupt,
+                          ErrorKind::kIo, ErrorKind::kConflict}) {
     const auto status = Guarded([&] { throw Error(kind, "box.pbrt:3:4: no"); });
     EXPECT_FALSE(status.ok());
     try {

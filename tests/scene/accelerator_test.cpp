@@ -46,14 +46,19 @@ std::vector<Hit> Trace(const Scene& scene, int rays) {
   return hits;
 }
 
-// The hits, primitive ids among coplanar duplicates included, do not depend on the threads that were there when the tree was built.
+// The hits, primitive ids among coplanar duplicates included, do not depend on the threads that were there when the
+// tree was built.
 TEST(Accelerator, BuildsTheSameTreeInAnyArena) {
   const SceneBuilder b = Duplicates();
   const auto first = Trace(*b.Compile(), 20000);
   for (const int threads : {1, 2, 5}) {
     tbb::task_arena arena(threads);
     std::shared_ptr<const Scene> scene;
-    arena.execute([&] { tbb::parallel_for(0, 4, [&](int i) { if (i == 2) scene = b.Compile(); }); });
+    arena.execute([&] {
+      tbb::parallel_for(0, 4, [&](int i) {
+        if (i == 2) scene = b.Compile();
+      });
+    });
     const auto again = Trace(*scene, 20000);
     int hits = 0;
     for (size_t i = 0; i < first.size(); ++i) {
@@ -81,14 +86,16 @@ TEST_P(AcceleratorExtremes, OffsetsNeitherSelfIntersectNorLeak) {
   b.Add(test::Box(shift + Vec3{-1, -1, -1} * scale, shift + Vec3{1, 1, 1} * scale));
   const auto box = b.Compile();
   SceneBuilder thin;  // a hundredth thin
-  const Transform tilt = Transform::Translate(shift) * Transform::Rotate(33, {1, 2, 3}) * Transform::Scale({scale, scale, scale});
+  const Transform tilt =
+      Transform::Translate(shift) * Transform::Rotate(33, {1, 2, 3}) * Transform::Scale({scale, scale, scale});
   thin.Add(test::Box({-1, -1, -0.005f}, {1, 1, 0.005f}), tilt);
   const auto slab = thin.Compile();
   Random random(7);
   int self = 0, rays = 0, leaks = 0;
   for (int i = 0; i < 100000; ++i) {
     Hit hit;
-    const Ray ray = test::Towards(shift + Normalize(RandomVector(random)) * (4 * scale), shift + RandomVector(random) * (0.9f * scale));
+    const Ray ray = test::Towards(shift + Normalize(RandomVector(random)) * (4 * scale),
+                                  shift + RandomVector(random) * (0.9f * scale));
     if (!box->Intersect(ray, &hit)) continue;
     const auto si = box->Interaction(ray, hit);
     EXPECT_GT(Dot(si.ng, -ray.direction), 0);
@@ -113,7 +120,8 @@ TEST_P(AcceleratorExtremes, OffsetsNeitherSelfIntersectNorLeak) {
       ray = {Scene::OffsetOrigin(si, w), w, kInfinity};
     }
   }
-  // Far from the origin the floats next to a point at the slab's edge lie outside it: then, and only then, a few escape.
+  // Far from the origin the floats next to a point at the slab's edge lie outside it: then, and only then, a few
+  // escape.
   EXPECT_LE(leaks, away > 0 ? 4 : 0) << "of 40000 bounces";
 }
 
@@ -130,7 +138,8 @@ TEST_P(AcceleratorExtremes, SpheresAndDisksHoldToo) {
   int rays = 0, self = 0, leaks = 0, disk_self = 0, disk_rays = 0;
   for (int i = 0; i < 50000; ++i) {
     Hit hit;
-    const Ray ray = test::Towards(shift + Normalize(RandomVector(random)) * (4 * scale), shift + RandomVector(random) * (0.5f * scale));
+    const Ray ray = test::Towards(shift + Normalize(RandomVector(random)) * (4 * scale),
+                                  shift + RandomVector(random) * (0.5f * scale));
     Vec3 w = Normalize(RandomVector(random));
     if (disk->Intersect(ray, &hit)) {
       const auto si = disk->Interaction(ray, hit);
@@ -154,7 +163,8 @@ TEST_P(AcceleratorExtremes, SpheresAndDisksHoldToo) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scales, AcceleratorExtremes,
-                         testing::Values(Extreme{1, 0}, Extreme{1e-4f, 0}, Extreme{1e7f, 0}, Extreme{1e3f, 1e6f}, Extreme{300, 1e6f}, Extreme{1, 100}));
+                         testing::Values(Extreme{1, 0}, Extreme{1e-4f, 0}, Extreme{1e7f, 0}, Extreme{1e3f, 1e6f},
+                                         Extreme{300, 1e6f}, Extreme{1, 100}));
 
 TEST(Accelerator, SliversDoNotHitThemselves) {
   SceneBuilder b;
@@ -213,8 +223,8 @@ TEST(Accelerator, ConstantAlphaIsAStochasticOpacity) {
     const Ray ray{{u.x - 0.5f, u.y - 0.5f, 1}, {0, 0, -1}, kInfinity};
     Hit hit;
     const bool a = scene->Intersect(ray, &hit), again = scene->Intersect(ray, &hit);
-    EXPECT_EQ(a, again);                           // a pure function
-    EXPECT_EQ(a, !scene->Unoccluded(ray));         // and the same for both kinds of rays
+    EXPECT_EQ(a, again);                    // a pure function
+    EXPECT_EQ(a, !scene->Unoccluded(ray));  // and the same for both kinds of rays
     met += a;
     blocked += !scene->Unoccluded(ray);
   }

@@ -1,4 +1,5 @@
-// Every light: its samples follow the density it states, the density asked for afterwards is the same, and the irradiance is the analytic one.
+// Every light: its samples follow the density it states, the density asked for afterwards is the same, and the
+// irradiance is the analytic one.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -54,9 +55,11 @@ double PdfByRay(const Scene& scene, Vec3 p, Vec3 w) {
   return si.light < 0 || IsBlack(scene.Emitted(si, -w)) ? 0 : scene.LightPdf(p, si, w);
 }
 
-// Do the samples fill the light as the density asked for by rays says? Eight regions around the light's middle: the share of samples in each against the
-// density's integral over it, by uniform rays in the light's cone. (The chi-square test's quadrature does not take a light's sharp edges.)
-bool SamplesFollowDensity(const Scene& scene, Vec3 p, const std::function<double(Vec3)>& density, std::string* message) {
+// Do the samples fill the light as the density asked for by rays says? Eight regions around the light's middle: the
+// share of samples in each against the density's integral over it, by uniform rays in the light's cone. (The chi-square
+// test's quadrature does not take a light's sharp edges.)
+bool SamplesFollowDensity(const Scene& scene, Vec3 p, const std::function<double(Vec3)>& density,
+                          std::string* message) {
   constexpr int kSamples = 40000, kRays = 120000;
   Random random(6);
   std::vector<Vec3> samples;
@@ -120,7 +123,9 @@ void ExpectConsistent(const Scene& scene, Vec3 p) {
   EXPECT_GT(sampled, 500);
   EXPECT_GT(compared, sampled * 0.75);
   std::string message;
-  EXPECT_TRUE(SamplesFollowDensity(scene, p, [&](Vec3 w) { return PdfByRay(scene, p, w); }, &message)) << message;
+  EXPECT_TRUE(SamplesFollowDensity(
+      scene, p, [&](Vec3 w) { return PdfByRay(scene, p, w); }, &message))
+      << message;
 }
 
 // Lambert's formula for a polygon wholly above the horizon.
@@ -161,7 +166,8 @@ TEST(TriangleLight, AWrongDensityIsRejected) {
   const auto scene = TriangleScene();
   const Vec3 p{0.2f, 0.1f, 1.0f};
   std::string message;
-  EXPECT_FALSE(SamplesFollowDensity(*scene, p, [&](Vec3 w) { return PdfByRay(*scene, p, w) * (w.x > 0.1f ? 1.1 : 0.9); }, &message));
+  EXPECT_FALSE(SamplesFollowDensity(
+      *scene, p, [&](Vec3 w) { return PdfByRay(*scene, p, w) * (w.x > 0.1f ? 1.1 : 0.9); }, &message));
   Moments m = Irradiance(*scene, p, {0, 0, 1}, 100000);
   EXPECT_FALSE(test::TTest(m, PolygonIrradiance(p, {0, 0, 1}, kTriangle, 3) * 1.02, kLevel).accepted);
 }
@@ -264,7 +270,8 @@ TEST(DeltaLights, MatchTheirFormulas) {
   const double angle = 30 * M_PI / 180, x0 = std::cos(40 * M_PI / 180), x1 = std::cos(20 * M_PI / 180);
   const double t = (std::cos(angle) - x0) / (x1 - x0), step = t * t * (3 - 2 * t);
   const double distance = 2 / std::cos(angle);
-  ExpectIrradiance(*s, {float(2 * std::tan(angle)), 0, 0}, {0, 0, 1}, 6 * step * std::cos(angle) / (distance * distance), 10);
+  ExpectIrradiance(*s, {float(2 * std::tan(angle)), 0, 0}, {0, 0, 1},
+                   6 * step * std::cos(angle) / (distance * distance), 10);
 
   SceneBuilder distant;
   distant.AddLight(DistantLight{Rgb(3), Normalize(Vec3{0, 1, 1})});
@@ -316,8 +323,9 @@ TEST(Octahedral, RoundTripsAndKeepsArea) {
   EXPECT_NEAR(OctahedralToDirection({1, 0.5f}).x, 1, 1e-6);
   EXPECT_NEAR(OctahedralToDirection({0.5f, 1}).y, 1, 1e-6);
   EXPECT_NEAR(OctahedralToDirection({0.999999f, 0.999999f}).z, -1, 1e-5);
-  const auto result = test::ChiSquareOnSphere([](Random& rng) { return std::optional(OctahedralToDirection(rng.Next2D())); },
-                                              [](Vec3) { return double(kUniformSpherePdf); }, {.level = kLevel, .samples = 100000, .bins = 64});
+  const auto result = test::ChiSquareOnSphere(
+      [](Random& rng) { return std::optional(OctahedralToDirection(rng.Next2D())); },
+      [](Vec3) { return double(kUniformSpherePdf); }, {.level = kLevel, .samples = 100000, .bins = 64});
   EXPECT_TRUE(result.accepted) << result.message;
 }
 
@@ -381,8 +389,9 @@ TEST(EnvironmentLight, DimSkyWithATinySun) {
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x)
       for (int sub = 0; sub < 16; ++sub) {
-        const Vec3 w = Transform::Rotate(35, {1, 2, 3}).Vector(
-            OctahedralToDirection({(x + (sub % 4 + 0.5f) / 4) / kSize, (y + (sub / 4 + 0.5f) / 4) / kSize}));
+        const Vec3 w = Transform::Rotate(35, {1, 2, 3})
+                           .Vector(OctahedralToDirection(
+                               {(x + (sub % 4 + 0.5f) / 4) / kSize, (y + (sub / 4 + 0.5f) / 4) / kSize}));
         irradiance += std::max(0.0f, Dot(n, w)) * 0.5 * image.At(x, y).g * 4 * double(kPi) / (kSize * kSize * 16.0);
       }
   const auto t = test::TTest(Irradiance(*scene, {0, 0, 0}, n, 200000), irradiance, kLevel, 1e-4 * irradiance);

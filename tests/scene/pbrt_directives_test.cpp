@@ -10,8 +10,10 @@ namespace {
 TEST(PbrtTokenizer, SplitsWordsStringsAndBrackets) {
   Tokenizer in("Shape # comment \"[\n  \"a \\\"b\\\" \\\\ \\t\"[1 -2.5]x\n", "f");
   const std::vector<std::tuple<Token::Kind, std::string, int, int>> expected = {
-      {Token::Kind::kWord, "Shape", 1, 1}, {Token::Kind::kString, "a \"b\" \\ \t", 2, 3}, {Token::Kind::kOpen, "[", 2, 18}, {Token::Kind::kWord, "1", 2, 19},
-      {Token::Kind::kWord, "-2.5", 2, 21}, {Token::Kind::kClose, "]", 2, 25},              {Token::Kind::kWord, "x", 2, 26}};
+      {Token::Kind::kWord, "Shape", 1, 1}, {Token::Kind::kString, "a \"b\" \\ \t", 2, 3},
+      {Token::Kind::kOpen, "[", 2, 18},    {Token::Kind::kWord, "1", 2, 19},
+      {Token::Kind::kWord, "-2.5", 2, 21}, {Token::Kind::kClose, "]", 2, 25},
+      {Token::Kind::kWord, "x", 2, 26}};
   for (const auto& [kind, text, line, column] : expected) {
     const auto peeked = in.Peek();
     const auto token = in.Next();
@@ -59,7 +61,8 @@ TEST(PbrtDirectives, RefusesMalformedText) {
       {"Film \"rgb\" \"integer xresolution\" 0x10", kBad, "1:34", "a number"},
       {"Film \"rgb\" \"integer xresolution\" \"4\"", kBad, "1:34", "a number"},
       {"Film \"rgb\" \"float xresolution\" 4", kBad, "1:12", "expected \"integer xresolution\""},
-      {"Film \"rgb\" \"integer xresolution\" 4 \"integer xresolution\" 5", kBad, "1:36", "given twice; first at s.pbrt:1:12"},
+      {"Film \"rgb\" \"integer xresolution\" 4 \"integer xresolution\" 5", kBad, "1:36",
+       "given twice; first at s.pbrt:1:12"},
       {"Film \"rgb\" \"string filename\" 4", kBad, "1:30", "a quoted string"},
       {"Film \"rgb\" \"bool savefp16\" \"true\"", kBad, "1:28", "true or false (without quotes)"},
       {"Film \"rgb\" \"bool savefp16\" 1", kBad, "1:28", "true or false"},
@@ -79,9 +82,12 @@ TEST(PbrtDirectives, NumbersMayBeTinyOrSigned) {
   EXPECT_EQ(Parse("Camera \"perspective\" \" float  fov \" [.5e2] WorldBegin").camera.fov, 50);
 }
 
-// ---- transforms ---------------------------------------------------------------------------------------------------------------------------
+// ---- transforms
+// ---------------------------------------------------------------------------------------------------------------------------
 
-Vec3 Place(const std::string& text, Vec3 p) { return ParseWorld(text + " Shape \"sphere\"").shapes.at(0).world_from_object.Point(p); }
+Vec3 Place(const std::string& text, Vec3 p) {
+  return ParseWorld(text + " Shape \"sphere\"").shapes.at(0).world_from_object.Point(p);
+}
 void ExpectVec(Vec3 actual, Vec3 expected) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(actual[c], expected[c], 1e-6f) << "component " << c;
 }
@@ -105,7 +111,9 @@ TEST(PbrtDirectives, TransformsCompose) {
 }
 
 TEST(PbrtDirectives, LookAtIsCameraFromWorldAndNamesTheCamera) {
-  const auto scene = Parse("LookAt 1 2 3  1 2 13  0 1 0 Camera \"perspective\" Translate 5 5 5 WorldBegin CoordSysTransform \"camera\" Shape \"sphere\"");
+  const auto scene = Parse(
+      "LookAt 1 2 3  1 2 13  0 1 0 Camera \"perspective\" Translate 5 5 5 WorldBegin CoordSysTransform \"camera\" "
+      "Shape \"sphere\"");
   ExpectVec(scene.camera.camera_from_world.Point({1, 2, 3}), {0, 0, 0});
   ExpectVec(scene.camera.camera_from_world.Point({1, 2, 8}), {0, 0, 5});  // +z looks at the target
   ExpectVec(scene.camera.camera_from_world.Point({1, 3, 3}), {0, 1, 0});
@@ -145,22 +153,28 @@ TEST(PbrtDirectives, RefusesBadTransformsAndBlocks) {
   };
   for (const Refused& c : cases) ExpectRefused(c, true);
   ExpectRefused({"Import \"x.pbrt\"", kBad, "1:1", "after WorldBegin"}, false);
-  for (const char* directive : {"ReverseOrientation", "Material \"diffuse\"", "NamedMaterial \"m\"", "MakeNamedMaterial \"m\"", "Texture \"t\" \"float\" \"constant\"", "Shape \"sphere\"",
-                                "ObjectBegin \"o\"", "ObjectInstance \"o\"", "AreaLightSource \"diffuse\"", "LightSource \"point\""})
+  for (const char* directive :
+       {"ReverseOrientation", "Material \"diffuse\"", "NamedMaterial \"m\"", "MakeNamedMaterial \"m\"",
+        "Texture \"t\" \"float\" \"constant\"", "Shape \"sphere\"", "ObjectBegin \"o\"", "ObjectInstance \"o\"",
+        "AreaLightSource \"diffuse\"", "LightSource \"point\""})
     ExpectRefused({directive, kBad, "1:1", "must stand after WorldBegin"}, false);
-  for (const char* directive : {"Integrator \"path\"", "Sampler \"sobol\"", "PixelFilter \"box\"", "Film \"rgb\"", "Camera \"perspective\"", "Option \"seed\" 1", "Accelerator \"bvh\""})
+  for (const char* directive : {"Integrator \"path\"", "Sampler \"sobol\"", "PixelFilter \"box\"", "Film \"rgb\"",
+                                "Camera \"perspective\"", "Option \"seed\" 1", "Accelerator \"bvh\""})
     ExpectRefused({directive, kBad, "2:1", "must stand before WorldBegin"}, true);
 }
 
 TEST(PbrtDirectives, LenientLeavesOutTheTransformsOfTheShuttersEnd) {
-  const auto scene = ParseWorld("Translate 1 0 0 ActiveTransform EndTime Translate 5 0 0 ActiveTransform All Translate 0 1 0 Shape \"sphere\"", true);
+  const auto scene = ParseWorld(
+      "Translate 1 0 0 ActiveTransform EndTime Translate 5 0 0 ActiveTransform All Translate 0 1 0 Shape \"sphere\"",
+      true);
   ExpectVec(scene.shapes.at(0).world_from_object.Point({0, 0, 0}), {1, 1, 0});
   EXPECT_EQ(scene.left_out.size(), 1u);
 }
 
 TEST(PbrtDirectives, BlocksRestoreTheState) {
   const auto scene = ParseWorld(
-      "Material \"interface\" AttributeBegin ReverseOrientation Material \"dielectric\" AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd Shape \"sphere\""
+      "Material \"interface\" AttributeBegin ReverseOrientation Material \"dielectric\" AreaLightSource \"diffuse\" "
+      "Shape \"sphere\" AttributeEnd Shape \"sphere\""
       " TransformBegin ReverseOrientation TransformEnd Shape \"sphere\"");
   ASSERT_EQ(scene.shapes.size(), 3u);
   EXPECT_TRUE(scene.shapes[0].reverse_orientation);
@@ -174,9 +188,11 @@ TEST(PbrtDirectives, BlocksRestoreTheState) {
 
 TEST(PbrtDirectives, AttributesAreDefaultsUntilTheirBlockEnds) {
   const auto scene = ParseWorld(
-      "AttributeBegin Attribute \"shape\" \"float radius\" 3 \"float height\" 9 Attribute \"light\" \"float scale\" 2 Attribute \"material\" \"rgb reflectance\" [0 1 0]"
+      "AttributeBegin Attribute \"shape\" \"float radius\" 3 \"float height\" 9 Attribute \"light\" \"float scale\" 2 "
+      "Attribute \"material\" \"rgb reflectance\" [0 1 0]"
       " Attribute \"texture\" \"float value\" 4 Attribute \"medium\" \"float g\" 0"
-      " Material \"diffuse\" Shape \"sphere\" Shape \"sphere\" \"float radius\" 5 Shape \"disk\" LightSource \"point\" Texture \"t\" \"float\" \"constant\""
+      " Material \"diffuse\" Shape \"sphere\" Shape \"sphere\" \"float radius\" 5 Shape \"disk\" LightSource \"point\" "
+      "Texture \"t\" \"float\" \"constant\""
       " Attribute \"shape\" \"float radius\" 7 Shape \"sphere\" AttributeEnd Shape \"sphere\"");
   EXPECT_EQ(Get<SphereShape>(scene.shapes.at(0).kind).radius, 3);
   EXPECT_EQ(Get<SphereShape>(scene.shapes.at(1).kind).radius, 5);
@@ -187,23 +203,28 @@ TEST(PbrtDirectives, AttributesAreDefaultsUntilTheirBlockEnds) {
   EXPECT_EQ(Get<DiffuseMaterial>(scene.materials.at(0).kind).reflectance.value, Rgb(0, 1, 0));
   EXPECT_EQ(Get<ConstantTexture>(scene.textures.at(0).kind).value, Rgb(4));
   // Attributes are typed and refused like the directive's own parameters.
-  ExpectRefused({"Attribute \"shape\" \"integer radius\" 3 Shape \"sphere\"", kBad, "2:19", "expected \"float radius\""}, true);
+  ExpectRefused(
+      {"Attribute \"shape\" \"integer radius\" 3 Shape \"sphere\"", kBad, "2:19", "expected \"float radius\""}, true);
   ExpectRefused({"Attribute \"shape\" \"float phimax\" 90 Shape \"sphere\"", kNo, "2:19", "only whole spheres"}, true);
 }
 
-// ---- files --------------------------------------------------------------------------------------------------------------------------------
+// ---- files
+// --------------------------------------------------------------------------------------------------------------------------------
 
 TEST(PbrtFiles, IncludesKeepTheStateAndNameTheirOwnPlaces) {
   TemporaryFolder folder;
   folder.Write("sub/inner.pbrt", "Translate 1 0 0\nShape \"sphere\"\n");
-  folder.Write("sub/outer.pbrt", "Include \"sub/inner.pbrt\"\nInclude \"inner.pbrt\"\nShape \"plymesh\" \"string filename\" \"m.ply\"");
+  folder.Write("sub/outer.pbrt",
+               "Include \"sub/inner.pbrt\"\nInclude \"inner.pbrt\"\nShape \"plymesh\" \"string filename\" \"m.ply\"");
   folder.Write("sub/m.ply", "");
   const auto file = folder.Write("main.pbrt", "WorldBegin\nInclude \"sub/outer.pbrt\"\nShape \"sphere\"");
   const auto scene = ParsePbrtFile(file);
   ASSERT_EQ(scene.shapes.size(), 4u);
   EXPECT_EQ(scene.shapes[0].where.ToString(), (folder.path() / "sub/inner.pbrt").string() + ":2:1");
   ExpectVec(scene.shapes[3].world_from_object.Point({0, 0, 0}), {2, 0, 0});
-  const std::vector<std::string> files = {file.string(), (folder.path() / "sub/outer.pbrt").string(), (folder.path() / "sub/inner.pbrt").string(), (folder.path() / "sub/m.ply").string()};
+  const std::vector<std::string> files = {file.string(), (folder.path() / "sub/outer.pbrt").string(),
+                                          (folder.path() / "sub/inner.pbrt").string(),
+                                          (folder.path() / "sub/m.ply").string()};
   std::vector<std::string> sorted = scene.files;
   EXPECT_EQ(sorted.at(0), files[0]);
   std::sort(sorted.begin(), sorted.end());
@@ -214,10 +235,13 @@ TEST(PbrtFiles, IncludesKeepTheStateAndNameTheirOwnPlaces) {
 
 TEST(PbrtFiles, ImportsLeaveTheStateAsItWas) {
   TemporaryFolder folder;
-  folder.Write("part.pbrt", "Translate 1 0 0 ReverseOrientation Material \"interface\" CoordinateSystem \"part\" Shape \"sphere\" MakeNamedMaterial \"m\" \"string type\" \"dielectric\"");
+  folder.Write("part.pbrt",
+               "Translate 1 0 0 ReverseOrientation Material \"interface\" CoordinateSystem \"part\" Shape \"sphere\" "
+               "MakeNamedMaterial \"m\" \"string type\" \"dielectric\"");
   folder.Write("open.pbrt", "\n AttributeBegin");
   folder.Write("close.pbrt", "AttributeEnd");
-  const auto scene = ParsePbrtText("WorldBegin Translate 0 1 0 Import \"part.pbrt\" NamedMaterial \"m\" Shape \"sphere\"", "s.pbrt", folder.path());
+  const auto scene = ParsePbrtText(
+      "WorldBegin Translate 0 1 0 Import \"part.pbrt\" NamedMaterial \"m\" Shape \"sphere\"", "s.pbrt", folder.path());
   ASSERT_EQ(scene.shapes.size(), 2u);
   ExpectVec(scene.shapes[0].world_from_object.Point({0, 0, 0}), {1, 1, 0});
   ExpectVec(scene.shapes[1].world_from_object.Point({0, 0, 0}), {0, 1, 0});
@@ -231,9 +255,13 @@ TEST(PbrtFiles, ImportsLeaveTheStateAsItWas) {
     }
     return std::string("accepted");
   };
-  EXPECT_NE(message("WorldBegin Import \"part.pbrt\" CoordSysTransform \"part\"").find("s.pbrt:1:31: no coordinate system"), std::string::npos);
+  EXPECT_NE(
+      message("WorldBegin Import \"part.pbrt\" CoordSysTransform \"part\"").find("s.pbrt:1:31: no coordinate system"),
+      std::string::npos);
   EXPECT_NE(message("WorldBegin Import \"open.pbrt\"").find("open.pbrt:2:2: this AttributeBegin"), std::string::npos);
-  EXPECT_NE(message("WorldBegin AttributeBegin Import \"close.pbrt\"").find("close.pbrt:1:1: AttributeEnd where the open block is the Import"), std::string::npos);
+  EXPECT_NE(message("WorldBegin AttributeBegin Import \"close.pbrt\"")
+                .find("close.pbrt:1:1: AttributeEnd where the open block is the Import"),
+            std::string::npos);
 }
 
 TEST(PbrtFiles, RecursionEndsWithAnError) {

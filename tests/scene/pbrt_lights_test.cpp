@@ -10,7 +10,9 @@ template <class Kind>
 Kind Made(const std::string& text) {
   return Get<Kind>(ParseWorld("LightSource " + text).lights.at(0).kind);
 }
-AreaLightDescription Area(const std::string& params) { return ParseWorld("AreaLightSource \"diffuse\" " + params + " Shape \"sphere\"").shapes.at(0).light.value(); }
+AreaLightDescription Area(const std::string& params) {
+  return ParseWorld("AreaLightSource \"diffuse\" " + params + " Shape \"sphere\"").shapes.at(0).light.value();
+}
 
 TEST(PbrtLights, AreaLight) {
   const auto plain = Area("");
@@ -39,7 +41,8 @@ TEST(PbrtLights, Point) {
   EXPECT_EQ(plain.from, (Vec3{0, 0, 0}));
   EXPECT_EQ(Made<PointLight>("\"point\" \"rgb I\" [1 2 3] \"float scale\" 2").intensity, Rgb(2, 4, 6));
   // All of the power, over the whole sphere, whatever the spectrum's own strength.
-  EXPECT_NEAR(4 * kPi * Luminance(Made<PointLight>("\"point\" \"float power\" 60 \"rgb I\" [3 1 2]").intensity), 60, 1e-3);
+  EXPECT_NEAR(4 * kPi * Luminance(Made<PointLight>("\"point\" \"float power\" 60 \"rgb I\" [3 1 2]").intensity), 60,
+              1e-3);
   const auto moved = ParseWorld("Translate 1 2 3 LightSource \"point\" \"point3 from\" [1 1 1]");
   EXPECT_EQ(Get<PointLight>(moved.lights.at(0).kind).from, (Vec3{2, 3, 4}));
   EXPECT_EQ(moved.lights[0].world_from_light.Point({0, 0, 0}), (Vec3{1, 2, 3}));
@@ -52,7 +55,10 @@ TEST(PbrtLights, Spot) {
   EXPECT_EQ(plain.cone_angle, 30);
   EXPECT_EQ(plain.cone_delta, 5);
   const auto spot = Get<SpotLight>(
-      ParseWorld("Scale 2 2 2 LightSource \"spot\" \"point3 from\" [1 0 0] \"point3 to\" [1 1 0] \"float coneangle\" 60 \"float conedeltaangle\" 60 \"rgb I\" [1 0 0] \"float scale\" 3").lights.at(0).kind);
+      ParseWorld("Scale 2 2 2 LightSource \"spot\" \"point3 from\" [1 0 0] \"point3 to\" [1 1 0] \"float coneangle\" "
+                 "60 \"float conedeltaangle\" 60 \"rgb I\" [1 0 0] \"float scale\" 3")
+          .lights.at(0)
+          .kind);
   EXPECT_EQ(spot.from, (Vec3{2, 0, 0}));
   EXPECT_EQ(spot.to, (Vec3{2, 2, 0}));
   EXPECT_EQ(spot.cone_angle, 60);
@@ -74,17 +80,22 @@ TEST(PbrtLights, Distant) {
   const auto plain = Made<DistantLight>("\"distant\"");
   EXPECT_EQ(plain.to_light, (Vec3{0, 0, -1}));
   EXPECT_EQ(plain.radiance, Rgb(1));
-  const auto sun = Get<DistantLight>(ParseWorld("Rotate 90 1 0 0 LightSource \"distant\" \"point3 from\" [0 0 5] \"point3 to\" [0 0 1] \"blackbody L\" 5000 \"float scale\" 2").lights.at(0).kind);
+  const auto sun = Get<DistantLight>(ParseWorld("Rotate 90 1 0 0 LightSource \"distant\" \"point3 from\" [0 0 5] "
+                                                "\"point3 to\" [0 0 1] \"blackbody L\" 5000 \"float scale\" 2")
+                                         .lights.at(0)
+                                         .kind);
   EXPECT_NEAR(sun.to_light.y, -1, 1e-6);
   EXPECT_NEAR(Luminance(sun.radiance), 2, 1e-5);
-  EXPECT_NEAR(Luminance(Made<DistantLight>("\"distant\" \"float illuminance\" 1000 \"rgb L\" [4 2 1]").radiance), 1000, 1e-2);
+  EXPECT_NEAR(Luminance(Made<DistantLight>("\"distant\" \"float illuminance\" 1000 \"rgb L\" [4 2 1]").radiance), 1000,
+              1e-2);
 }
 
 TEST(PbrtLights, Infinite) {
   EXPECT_EQ(Made<InfiniteLight>("\"infinite\"").radiance, Rgb(1));
   EXPECT_EQ(Made<InfiniteLight>("\"infinite\" \"rgb L\" [1 2 3] \"float scale\" 2").radiance, Rgb(2, 4, 6));
   EXPECT_NEAR(Luminance(Made<InfiniteLight>("\"infinite\" \"float illuminance\" 10").radiance) * kPi, 10, 1e-4);
-  const auto scene = ParseWorld("Rotate 90 0 0 1 LightSource \"infinite\" \"string filename\" \"image.png\" \"float scale\" 3");
+  const auto scene =
+      ParseWorld("Rotate 90 0 0 1 LightSource \"infinite\" \"string filename\" \"image.png\" \"float scale\" 3");
   const auto sky = Get<InfiniteLight>(scene.lights.at(0).kind);
   EXPECT_EQ(sky.path, (Folder() / "image.png").string());
   EXPECT_EQ(sky.radiance, Rgb(3));
@@ -95,13 +106,16 @@ TEST(PbrtLights, RefusesByNameAndPlace) {
   const Refused cases[] = {
       {"AreaLightSource \"area\"", kBad, "2:1", "supported here: diffuse"},
       {"AreaLightSource \"diffuse\" \"string filename\" \"image.png\"", kNo, "2:27", "light from an image"},
-      {"AreaLightSource \"diffuse\" \"float L\" 1", kBad, "2:27", "expected \"rgb L\" or \"spectrum L\" or \"blackbody L\""},
+      {"AreaLightSource \"diffuse\" \"float L\" 1", kBad, "2:27",
+       "expected \"rgb L\" or \"spectrum L\" or \"blackbody L\""},
       {"AreaLightSource \"diffuse\" \"rgb L\" [1 -1 1]", kBad, "2:27", "negative"},
       {"AreaLightSource \"diffuse\" \"float scale\" -1", kBad, "2:27", "negative"},
       {"AreaLightSource \"diffuse\" \"float power\" 0", kBad, "2:27", "greater than 0"},
       {"AreaLightSource \"diffuse\" \"rgb L\" [0 0 0] \"float power\" 1", kBad, "2:43", "not black"},
-      {"AreaLightSource \"diffuse\" \"integer samples\" 1", kBad, "2:27", "it takes: L, filename, power, scale, twosided"},
-      {"AreaLightSource \"diffuse\" Material \"interface\" Shape \"sphere\"", kNo, "2:48", "no surface that could emit"},
+      {"AreaLightSource \"diffuse\" \"integer samples\" 1", kBad, "2:27",
+       "it takes: L, filename, power, scale, twosided"},
+      {"AreaLightSource \"diffuse\" Material \"interface\" Shape \"sphere\"", kNo, "2:48",
+       "no surface that could emit"},
       {"AreaLightSource \"diffuse\" \"bool twosided\" 1", kBad, "2:43", "true or false"},
       {"LightSource \"sun\"", kBad, "2:1", "supported here: point, spot"},
       {"LightSource \"goniometric\" \"string filename\" \"a\"", kNo, "2:1", "use point, spot"},
@@ -124,8 +138,10 @@ TEST(PbrtLights, RefusesByNameAndPlace) {
       {"LightSource \"distant\" \"float illuminance\" 0", kBad, "2:23", "greater than 0"},
       {"LightSource \"distant\" \"float power\" 1", kBad, "2:23", "not used"},
       {"LightSource \"infinite\" \"string filename\" \"absent.exr\"", kMissing, "2:24", "absent.exr"},
-      {"LightSource \"infinite\" \"string filename\" \"image.png\" \"rgb L\" [1 1 1]", kBad, "2:54", "cannot be combined"},
-      {"LightSource \"infinite\" \"string filename\" \"image.png\" \"float illuminance\" 1", kNo, "2:54", "use \"scale\""},
+      {"LightSource \"infinite\" \"string filename\" \"image.png\" \"rgb L\" [1 1 1]", kBad, "2:54",
+       "cannot be combined"},
+      {"LightSource \"infinite\" \"string filename\" \"image.png\" \"float illuminance\" 1", kNo, "2:54",
+       "use \"scale\""},
       {"LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]", kNo, "2:24", "whole environment"},
       {"ObjectBegin \"o\" LightSource \"point\" ObjectEnd", kNo, "2:17", "cannot be instanced"},
   };

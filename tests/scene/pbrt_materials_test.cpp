@@ -24,10 +24,12 @@ TEST(PbrtMaterials, DefaultIsGreyDiffuse) {
 
 TEST(PbrtMaterials, Diffuse) {
   EXPECT_EQ(Made<DiffuseMaterial>("\"diffuse\"").reflectance.value, Rgb(0.5f));
-  EXPECT_EQ(Made<DiffuseMaterial>("\"diffuse\" \"rgb reflectance\" [.1 .2 .3]").reflectance.value, Rgb(0.1f, 0.2f, 0.3f));
+  EXPECT_EQ(Made<DiffuseMaterial>("\"diffuse\" \"rgb reflectance\" [.1 .2 .3]").reflectance.value,
+            Rgb(0.1f, 0.2f, 0.3f));
   EXPECT_EQ(Made<DiffuseMaterial>("\"diffuse\" \"texture reflectance\" \"s\"").reflectance.texture, 0);
   ExpectRgb(Made<DiffuseMaterial>("\"diffuse\" \"spectrum reflectance\" [200 .3 900 .3]").reflectance.value, Rgb(0.3f));
-  EXPECT_GT(Made<DiffuseMaterial>("\"diffuse\" \"spectrum reflectance\" [380 0 590 0 620 1 780 1]").reflectance.value.r, 0.7f);
+  EXPECT_GT(Made<DiffuseMaterial>("\"diffuse\" \"spectrum reflectance\" [380 0 590 0 620 1 780 1]").reflectance.value.r,
+            0.7f);
 }
 
 TEST(PbrtMaterials, RoughnessIsRemappedToItsSquareRoot) {
@@ -38,14 +40,19 @@ TEST(PbrtMaterials, RoughnessIsRemappedToItsSquareRoot) {
   const auto both = Made<DielectricMaterial>("\"dielectric\" \"float roughness\" .25").roughness;
   EXPECT_EQ(both.u.value, 0.5f);
   EXPECT_EQ(both.v.value, 0.5f);
-  const auto own = Made<DielectricMaterial>("\"dielectric\" \"float roughness\" .25 \"float vroughness\" .01").roughness;
+  const auto own =
+      Made<DielectricMaterial>("\"dielectric\" \"float roughness\" .25 \"float vroughness\" .01").roughness;
   EXPECT_EQ(own.u.value, 0.5f);
   EXPECT_FLOAT_EQ(own.v.value, 0.1f);
-  const auto plain = Made<DielectricMaterial>("\"dielectric\" \"float uroughness\" .25 \"float vroughness\" .5 \"bool remaproughness\" false").roughness;
+  const auto plain =
+      Made<DielectricMaterial>(
+          "\"dielectric\" \"float uroughness\" .25 \"float vroughness\" .5 \"bool remaproughness\" false")
+          .roughness;
   EXPECT_EQ(plain.u.value, 0.25f);
   EXPECT_EQ(plain.v.value, 0.5f);
   EXPECT_FALSE(plain.remap);
-  const auto textured = Made<DielectricMaterial>("\"dielectric\" \"texture roughness\" \"f\" \"float uroughness\" .25").roughness;
+  const auto textured =
+      Made<DielectricMaterial>("\"dielectric\" \"texture roughness\" \"f\" \"float uroughness\" .25").roughness;
   EXPECT_EQ(textured.u.texture, -1);
   EXPECT_EQ(textured.u.value, 0.5f);
   EXPECT_EQ(textured.v.texture, 1);
@@ -57,7 +64,8 @@ TEST(PbrtMaterials, Conductor) {
   EXPECT_FALSE(copper.has_reflectance);
   EXPECT_EQ(copper.eta.value, *NamedSurfaceSpectrum("metal-Cu-eta"));
   EXPECT_EQ(copper.k.value, *NamedSurfaceSpectrum("metal-Cu-k"));
-  const auto gold = Made<ConductorMaterial>("\"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\" \"float roughness\" .04");
+  const auto gold = Made<ConductorMaterial>(
+      "\"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\" \"float roughness\" .04");
   EXPECT_EQ(gold.eta.value, *NamedSurfaceSpectrum("metal-Au-eta"));
   EXPECT_FLOAT_EQ(gold.roughness.u.value, 0.2f);
   const auto rgb = Made<ConductorMaterial>("\"conductor\" \"rgb eta\" [1.6 .9 .5] \"rgb k\" [9 6 5]");
@@ -84,7 +92,8 @@ TEST(PbrtMaterials, Coated) {
   EXPECT_EQ(plain.eta, 1.5f);
   EXPECT_EQ(plain.roughness.u.value, 0);
   const auto coated = Made<CoatedDiffuseMaterial>(
-      "\"coateddiffuse\" \"texture reflectance\" \"s\" \"float eta\" 1.3 \"float roughness\" .09 \"float thickness\" .1 \"integer maxdepth\" 5 \"integer nsamples\" 2 \"float g\" .1 \"rgb albedo\" [0 0 0]");
+      "\"coateddiffuse\" \"texture reflectance\" \"s\" \"float eta\" 1.3 \"float roughness\" .09 \"float thickness\" "
+      ".1 \"integer maxdepth\" 5 \"integer nsamples\" 2 \"float g\" .1 \"rgb albedo\" [0 0 0]");
   EXPECT_EQ(coated.reflectance.texture, 0);
   EXPECT_EQ(coated.eta, 1.3f);
   EXPECT_FLOAT_EQ(coated.roughness.v.value, 0.3f);
@@ -94,14 +103,19 @@ TEST(PbrtMaterials, Coated) {
   EXPECT_EQ(copper.conductor.eta.value, *NamedSurfaceSpectrum("metal-Cu-eta"));
   EXPECT_EQ(copper.conductor.roughness.u.value, 0);
   const auto metal = Made<CoatedConductorMaterial>(
-      "\"coatedconductor\" \"float interface.roughness\" .01 \"float interface.eta\" 1.4 \"spectrum conductor.eta\" \"metal-Al-eta\" \"spectrum conductor.k\" \"metal-Al-k\" \"float conductor.uroughness\" .04"
-      " \"float conductor.vroughness\" .09 \"float interface.thickness\" 1 \"integer maxdepth\" 5 \"integer nsamples\" 2 \"float g\" 0");
+      "\"coatedconductor\" \"float interface.roughness\" .01 \"float interface.eta\" 1.4 \"spectrum conductor.eta\" "
+      "\"metal-Al-eta\" \"spectrum conductor.k\" \"metal-Al-k\" \"float conductor.uroughness\" .04"
+      " \"float conductor.vroughness\" .09 \"float interface.thickness\" 1 \"integer maxdepth\" 5 \"integer nsamples\" "
+      "2 \"float g\" 0");
   EXPECT_EQ(metal.interface_eta, 1.4f);
   EXPECT_FLOAT_EQ(metal.interface_roughness.v.value, 0.1f);
   EXPECT_EQ(metal.conductor.k.value, *NamedSurfaceSpectrum("metal-Al-k"));
   EXPECT_FLOAT_EQ(metal.conductor.roughness.u.value, 0.2f);
   EXPECT_FLOAT_EQ(metal.conductor.roughness.v.value, 0.3f);
-  EXPECT_TRUE(Made<CoatedConductorMaterial>("\"coatedconductor\" \"rgb reflectance\" [.5 .5 .5] \"float interface.uroughness\" .1 \"float interface.vroughness\" .1 \"float thickness\" 1").conductor.has_reflectance);
+  EXPECT_TRUE(
+      Made<CoatedConductorMaterial>("\"coatedconductor\" \"rgb reflectance\" [.5 .5 .5] \"float interface.uroughness\" "
+                                    ".1 \"float interface.vroughness\" .1 \"float thickness\" 1")
+          .conductor.has_reflectance);
 }
 
 TEST(PbrtMaterials, DiffuseTransmission) {
@@ -109,7 +123,8 @@ TEST(PbrtMaterials, DiffuseTransmission) {
   EXPECT_EQ(plain.reflectance.value, Rgb(0.25f));
   EXPECT_EQ(plain.transmittance.value, Rgb(0.25f));
   EXPECT_EQ(plain.scale, 1);
-  const auto leaf = Made<DiffuseTransmissionMaterial>("\"diffusetransmission\" \"rgb reflectance\" [.1 .2 .1] \"texture transmittance\" \"s\" \"float scale\" .5");
+  const auto leaf = Made<DiffuseTransmissionMaterial>(
+      "\"diffusetransmission\" \"rgb reflectance\" [.1 .2 .1] \"texture transmittance\" \"s\" \"float scale\" .5");
   EXPECT_EQ(leaf.reflectance.value, Rgb(0.1f, 0.2f, 0.1f));
   EXPECT_EQ(leaf.transmittance.texture, 0);
   EXPECT_EQ(leaf.scale, 0.5f);
@@ -117,8 +132,10 @@ TEST(PbrtMaterials, DiffuseTransmission) {
 
 TEST(PbrtMaterials, NamesMayBeUsedBeforeTheyAreDefined) {
   const auto scene = ParseWorld(
-      "NamedMaterial \"m\" Shape \"sphere\" Material \"mix\" \"string materials\" [\"a\" \"m\"] \"float amount\" .3 Shape \"sphere\""
-      " MakeNamedMaterial \"m\" \"string type\" \"interface\" MakeNamedMaterial \"a\" \"string type\" \"dielectric\" \"float eta\" 2");
+      "NamedMaterial \"m\" Shape \"sphere\" Material \"mix\" \"string materials\" [\"a\" \"m\"] \"float amount\" .3 "
+      "Shape \"sphere\""
+      " MakeNamedMaterial \"m\" \"string type\" \"interface\" MakeNamedMaterial \"a\" \"string type\" \"dielectric\" "
+      "\"float eta\" 2");
   const auto& named = scene.materials[scene.shapes.at(0).material];
   EXPECT_EQ(named.name, "m");
   EXPECT_TRUE(std::holds_alternative<InterfaceMaterial>(named.kind));
@@ -129,9 +146,11 @@ TEST(PbrtMaterials, NamesMayBeUsedBeforeTheyAreDefined) {
 }
 
 TEST(PbrtMaterials, MixesNestAndTakeTextures) {
-  const auto scene = ParseWorld(kTextures +
-                                "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"a\" \"a\"]"
-                                " MakeNamedMaterial \"n\" \"string type\" \"mix\" \"string materials\" [\"m\" \"a\"] \"texture amount\" \"f\"");
+  const auto scene = ParseWorld(
+      kTextures +
+      "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string "
+      "materials\" [\"a\" \"a\"]"
+      " MakeNamedMaterial \"n\" \"string type\" \"mix\" \"string materials\" [\"m\" \"a\"] \"texture amount\" \"f\"");
   EXPECT_EQ(Get<MixMaterial>(scene.materials.at(1).kind).amount.value, 0.5f);
   EXPECT_EQ(Get<MixMaterial>(scene.materials.at(2).kind).amount.texture, 1);
   EXPECT_EQ(Get<MixMaterial>(scene.materials.at(2).kind).a, 1);
@@ -145,7 +164,8 @@ TEST(PbrtMaterials, RefusesByNameAndPlace) {
       {"Material \"measured\" \"string filename\" \"x\"", kNo, "2:1", "is not supported"},
       {"Material \"diffuse\" \"float sigma\" 20", kBad, "2:20", "not used; it takes: "},
       {"Material \"diffuse\" \"rgb Kd\" [1 1 1]", kBad, "2:20", "not used; it takes: "},
-      {"Material \"diffuse\" \"float reflectance\" 1", kBad, "2:20", "expected \"rgb reflectance\" or \"spectrum reflectance\" or \"texture reflectance\""},
+      {"Material \"diffuse\" \"float reflectance\" 1", kBad, "2:20",
+       "expected \"rgb reflectance\" or \"spectrum reflectance\" or \"texture reflectance\""},
       {"Material \"diffuse\" \"blackbody reflectance\" 3000", kBad, "2:20", "expected \"rgb reflectance\""},
       {"Material \"diffuse\" \"rgb reflectance\" [1 1]", kBad, "2:20", "three numbers, not 2"},
       {"Material \"diffuse\" \"rgb reflectance\" [1 -1 1]", kBad, "2:20", "negative"},
@@ -189,12 +209,16 @@ TEST(PbrtMaterials, RefusesByNameAndPlace) {
       {"Material \"mix\"", kBad, "2:1", "\"string materials\""},
       {"Material \"mix\" \"string materials\" \"a\"", kBad, "2:16", "two names, not 1"},
       {"Material \"mix\" \"string materials\" [\"a\" \"b\"]", kBad, "2:16", "no MakeNamedMaterial defines it"},
-      {"MakeNamedMaterial \"a\" \"string type\" \"interface\" Material \"mix\" \"string materials\" [\"a\" \"a\"] \"float amount\" 2", kBad, "2:93", "between 0 and 1"},
-      {"MakeNamedMaterial \"a\" \"string type\" \"mix\" \"string materials\" [\"a\" \"a\"]", kBad, "2:1", "contains itself"},
+      {"MakeNamedMaterial \"a\" \"string type\" \"interface\" Material \"mix\" \"string materials\" [\"a\" \"a\"] "
+       "\"float amount\" 2",
+       kBad, "2:93", "between 0 and 1"},
+      {"MakeNamedMaterial \"a\" \"string type\" \"mix\" \"string materials\" [\"a\" \"a\"]", kBad, "2:1",
+       "contains itself"},
       {"NamedMaterial \"m\"", kBad, "2:1", "material \"m\" is used"},
       {"MakeNamedMaterial \"m\"", kBad, "2:1", "needs a \"string type\""},
       {"MakeNamedMaterial \"m\" \"string type\" \"glass\"", kBad, "2:1", "supported here: diffuse"},
-      {"MakeNamedMaterial \"m\" \"string type\" \"diffuse\" MakeNamedMaterial \"m\" \"string type\" \"diffuse\"", kBad, "2:47", "defined already, at s.pbrt:2:1"},
+      {"MakeNamedMaterial \"m\" \"string type\" \"diffuse\" MakeNamedMaterial \"m\" \"string type\" \"diffuse\"", kBad,
+       "2:47", "defined already, at s.pbrt:2:1"},
   };
   for (const Refused& c : cases) ExpectRefused(c, true);
 }

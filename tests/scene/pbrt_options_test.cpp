@@ -4,8 +4,12 @@
 namespace lodestar {
 namespace {
 
-SceneDescription Options(const std::string& text) { return Parse(text + "\nWorldBegin"); }
-std::string CameraWith(const std::string& params) { return "Camera \"perspective\" " + params; }
+SceneDescription Options(const std::string& text) {
+  return Parse(text + "\nWorldBegin");
+}
+std::string CameraWith(const std::string& params) {
+  return "Camera \"perspective\" " + params;
+}
 
 TEST(PbrtOptions, DefaultsArePbrts) {
   const auto scene = Options("");
@@ -24,20 +28,32 @@ TEST(PbrtOptions, DefaultsArePbrts) {
 }
 
 TEST(PbrtOptions, IntegratorsGiveTheirDepth) {
-  for (const char* type : {"path", "volpath", "simplepath", "simplevolpath", "bdpt", "mlt", "sppm", "lightpath", "randomwalk"})
+  for (const char* type :
+       {"path", "volpath", "simplepath", "simplevolpath", "bdpt", "mlt", "sppm", "lightpath", "randomwalk"})
     EXPECT_EQ(Options(std::string("Integrator \"") + type + "\" \"integer maxdepth\" 17").max_depth, 17) << type;
   EXPECT_EQ(Options("Integrator \"path\"").max_depth, 5);
-  EXPECT_EQ(Options("Integrator \"path\" \"bool regularize\" false \"string lightsampler\" \"bvh\" \"bool samplelights\" true \"bool samplebsdf\" true").max_depth, 5);
+  EXPECT_EQ(Options("Integrator \"path\" \"bool regularize\" false \"string lightsampler\" \"bvh\" \"bool "
+                    "samplelights\" true \"bool samplebsdf\" true")
+                .max_depth,
+            5);
   Options("Integrator \"bdpt\" \"bool visualizestrategies\" false \"bool visualizeweights\" false");
-  Options("Integrator \"mlt\" \"integer bootstrapsamples\" 1 \"integer chains\" 1 \"integer mutationsperpixel\" 1 \"float largestepprobability\" .1 \"float sigma\" .1");
+  Options(
+      "Integrator \"mlt\" \"integer bootstrapsamples\" 1 \"integer chains\" 1 \"integer mutationsperpixel\" 1 \"float "
+      "largestepprobability\" .1 \"float sigma\" .1");
   Options("Integrator \"sppm\" \"integer photonsperiteration\" 1 \"float radius\" 1 \"integer seed\" 1");
 }
 
 TEST(PbrtOptions, SamplersGiveTheirCount) {
   for (const char* type : {"halton", "independent", "paddedsobol", "sobol", "zsobol", "pmj02bn"})
-    EXPECT_EQ(Options(std::string("Sampler \"") + type + "\" \"integer pixelsamples\" 64 \"string randomization\" \"owen\" \"integer seed\" 3").samples_per_pixel, 64) << type;
+    EXPECT_EQ(Options(std::string("Sampler \"") + type +
+                      "\" \"integer pixelsamples\" 64 \"string randomization\" \"owen\" \"integer seed\" 3")
+                  .samples_per_pixel,
+              64)
+        << type;
   EXPECT_EQ(Options("Sampler \"stratified\"").samples_per_pixel, 16);
-  EXPECT_EQ(Options("Sampler \"stratified\" \"integer xsamples\" 3 \"integer ysamples\" 5 \"bool jitter\" true").samples_per_pixel, 15);
+  EXPECT_EQ(Options("Sampler \"stratified\" \"integer xsamples\" 3 \"integer ysamples\" 5 \"bool jitter\" true")
+                .samples_per_pixel,
+            15);
 }
 
 TEST(PbrtOptions, FiltersHavePbrtsDefaults) {
@@ -46,7 +62,10 @@ TEST(PbrtOptions, FiltersHavePbrtsDefaults) {
     const char* text;
     Kind kind;
     float x, y;
-  } cases[] = {{"\"box\"", Kind::kBox, 0.5f, 0.5f}, {"\"triangle\"", Kind::kTriangle, 2, 2}, {"\"gaussian\"", Kind::kGaussian, 1.5f, 1.5f}, {"\"mitchell\"", Kind::kMitchell, 2, 2},
+  } cases[] = {{"\"box\"", Kind::kBox, 0.5f, 0.5f},
+               {"\"triangle\"", Kind::kTriangle, 2, 2},
+               {"\"gaussian\"", Kind::kGaussian, 1.5f, 1.5f},
+               {"\"mitchell\"", Kind::kMitchell, 2, 2},
                {"\"box\" \"float xradius\" 1 \"float yradius\" 3", Kind::kBox, 1, 3}};
   for (const auto& c : cases) {
     const auto filter = Options(std::string("PixelFilter ") + c.text).filter;
@@ -63,28 +82,41 @@ TEST(PbrtOptions, FiltersHavePbrtsDefaults) {
 
 TEST(PbrtOptions, FilmGivesTheResolution) {
   const auto scene = Options(
-      "Film \"rgb\" \"integer xresolution\" [640] \"integer yresolution\" 480 \"string filename\" \"a.exr\" \"float diagonal\" 35 \"bool savefp16\" false \"string sensor\" \"cie1931\""
+      "Film \"rgb\" \"integer xresolution\" [640] \"integer yresolution\" 480 \"string filename\" \"a.exr\" \"float "
+      "diagonal\" 35 \"bool savefp16\" false \"string sensor\" \"cie1931\""
       " \"float iso\" 100 \"float exposuretime\" 1 \"float whitebalance\" 0 \"float cropwindow\" [0 1 0 1]");
   EXPECT_EQ(scene.resolution_x, 640);
   EXPECT_EQ(scene.resolution_y, 480);
 }
 
 TEST(PbrtOptions, PerspectiveCamera) {
-  const auto camera = Options(CameraWith("\"float fov\" 35 \"float lensradius\" .1 \"float focaldistance\" 4 \"float screenwindow\" [-2 2 -1 1] \"float shutteropen\" 0 \"float shutterclose\" 1")).camera;
+  const auto camera = Options(CameraWith("\"float fov\" 35 \"float lensradius\" .1 \"float focaldistance\" 4 \"float "
+                                         "screenwindow\" [-2 2 -1 1] \"float shutteropen\" 0 \"float shutterclose\" 1"))
+                          .camera;
   EXPECT_EQ(camera.fov, 35);
   EXPECT_EQ(camera.lens_radius, 0.1f);
   EXPECT_EQ(camera.focal_distance, 4);
   EXPECT_EQ(camera.screen_window, (std::array<float, 4>{-2, 2, -1, 1}));
-  EXPECT_EQ(Options(CameraWith("\"float frameaspectratio\" 2")).camera.screen_window, (std::array<float, 4>{-2, 2, -1, 1}));
-  EXPECT_EQ(Options(CameraWith("\"float frameaspectratio\" .5")).camera.screen_window, (std::array<float, 4>{-1, 1, -2, 2}));
+  EXPECT_EQ(Options(CameraWith("\"float frameaspectratio\" 2")).camera.screen_window,
+            (std::array<float, 4>{-2, 2, -1, 1}));
+  EXPECT_EQ(Options(CameraWith("\"float frameaspectratio\" .5")).camera.screen_window,
+            (std::array<float, 4>{-1, 1, -2, 2}));
 }
 
 TEST(PbrtOptions, AcceptsWhatDoesNotMatter) {
   Options("ColorSpace \"srgb\" Accelerator \"bvh\" \"integer maxnodeprims\" 4 \"string splitmethod\" \"sah\"");
-  Options("Accelerator \"kdtree\" \"integer intersectcost\" 5 \"integer traversalcost\" 1 \"float emptybonus\" .5 \"integer maxprims\" 1 \"integer maxdepth\" -1");
-  Options("Option \"integer seed\" 5 Option \"seed\" [5] Option \"string rendercoordsys\" \"world\" Option \"bool disablewavelengthjitter\" true Option \"float displacementedgescale\" 1");
-  Options("Option \"string msereferenceimage\" \"a\" Option \"string msereferenceout\" \"a\" Option \"bool pixelstats\" true Option \"bool wavefront\" true");
-  Options("Option \"bool disablepixeljitter\" false Option \"bool disabletexturefiltering\" false Option \"bool forcediffuse\" false");
+  Options(
+      "Accelerator \"kdtree\" \"integer intersectcost\" 5 \"integer traversalcost\" 1 \"float emptybonus\" .5 "
+      "\"integer maxprims\" 1 \"integer maxdepth\" -1");
+  Options(
+      "Option \"integer seed\" 5 Option \"seed\" [5] Option \"string rendercoordsys\" \"world\" Option \"bool "
+      "disablewavelengthjitter\" true Option \"float displacementedgescale\" 1");
+  Options(
+      "Option \"string msereferenceimage\" \"a\" Option \"string msereferenceout\" \"a\" Option \"bool pixelstats\" "
+      "true Option \"bool wavefront\" true");
+  Options(
+      "Option \"bool disablepixeljitter\" false Option \"bool disabletexturefiltering\" false Option \"bool "
+      "forcediffuse\" false");
   Options("MediumInterface \"\" \"\"");
 }
 

@@ -11,7 +11,9 @@ struct SharedScene {
   int width, height, depth;
 };
 
-void PrintTo(const SharedScene& scene, std::ostream* out) { *out << scene.file; }
+void PrintTo(const SharedScene& scene, std::ostream* out) {
+  *out << scene.file;
+}
 
 class SharedScenes : public testing::TestWithParam<SharedScene> {};
 
@@ -40,12 +42,13 @@ TEST_P(SharedScenes, Parse) {
   for (const std::string& file : scene.files) EXPECT_TRUE(std::filesystem::exists(file)) << file;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, SharedScenes,
-                         testing::Values(SharedScene{"veach-ajar/veach-ajar.pbrt", 22, 13, 3, 0, 1, 382690, 1280, 720, 20},
-                                         SharedScene{"living-room/living-room.pbrt", 65, 19, 5, 1, 0, 143163, 1280, 720, 65},
-                                         SharedScene{"staircase2/staircase2.pbrt", 32, 21, 3, 0, 13, 30927, 1024, 1024, 65},
-                                         SharedScene{"veach-mis/veach-mis.pbrt", 10, 10, 0, 0, 5, 12, 1152, 864, 5},
-                                         SharedScene{"veach-mis/veach-mis-colorized.pbrt", 10, 10, 0, 0, 5, 12, 1152, 864, 5}));
+INSTANTIATE_TEST_SUITE_P(
+    All, SharedScenes,
+    testing::Values(SharedScene{"veach-ajar/veach-ajar.pbrt", 22, 13, 3, 0, 1, 382690, 1280, 720, 20},
+                    SharedScene{"living-room/living-room.pbrt", 65, 19, 5, 1, 0, 143163, 1280, 720, 65},
+                    SharedScene{"staircase2/staircase2.pbrt", 32, 21, 3, 0, 13, 30927, 1024, 1024, 65},
+                    SharedScene{"veach-mis/veach-mis.pbrt", 10, 10, 0, 0, 5, 12, 1152, 864, 5},
+                    SharedScene{"veach-mis/veach-mis-colorized.pbrt", 10, 10, 0, 0, 5, 12, 1152, 864, 5}));
 
 // Something of everything, so that its prefixes end in every state of the parser.
 const char* const kEverything = R"(# a small scene

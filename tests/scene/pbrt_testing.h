@@ -19,7 +19,8 @@ class TemporaryFolder {
  public:
   TemporaryFolder() {
     static std::atomic<int> count{0};
-    path_ = std::filesystem::temp_directory_path() / ("lodestar-parse-" + std::to_string(getpid()) + "-" + std::to_string(count++));
+    path_ = std::filesystem::temp_directory_path() /
+            ("lodestar-parse-" + std::to_string(getpid()) + "-" + std::to_string(count++));
     std::filesystem::create_directories(path_);
   }
   ~TemporaryFolder() {
@@ -51,9 +52,13 @@ inline const std::filesystem::path& Folder() {
   return folder.path();
 }
 
-inline SceneDescription Parse(const std::string& text, bool lenient = false) { return ParsePbrtText(text, "s.pbrt", Folder(), {.lenient = lenient}); }
+inline SceneDescription Parse(const std::string& text, bool lenient = false) {
+  return ParsePbrtText(text, "s.pbrt", Folder(), {.lenient = lenient});
+}
 // The text stands in line 2, after WorldBegin.
-inline SceneDescription ParseWorld(const std::string& text, bool lenient = false) { return Parse("WorldBegin\n" + text, lenient); }
+inline SceneDescription ParseWorld(const std::string& text, bool lenient = false) {
+  return Parse("WorldBegin\n" + text, lenient);
+}
 
 // A text that must be refused: the kind, where (line:column), and a fragment of the message.
 struct Refused {
@@ -75,7 +80,8 @@ inline void ExpectRefused(const Refused& c, bool in_world) {
   }
   // What is valid but unsupported is left out, and listed with its place, on request.
   if (c.kind == ErrorKind::kUnsupported) {
-    const SceneDescription scene = in_world ? ParseWorld(c.text, true) : Parse(std::string(c.text) + "\nWorldBegin", true);
+    const SceneDescription scene =
+        in_world ? ParseWorld(c.text, true) : Parse(std::string(c.text) + "\nWorldBegin", true);
     ASSERT_FALSE(scene.left_out.empty());
     EXPECT_EQ(scene.left_out[0].rfind(std::string("s.pbrt:") + c.where + ": ", 0), 0u) << scene.left_out[0];
   }

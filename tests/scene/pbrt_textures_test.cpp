@@ -3,7 +3,9 @@
 namespace lodestar {
 namespace {
 
-TextureDescription Texture(const std::string& text) { return ParseWorld("Texture \"t\" " + text).textures.back(); }
+TextureDescription Texture(const std::string& text) {
+  return ParseWorld("Texture \"t\" " + text).textures.back();
+}
 
 TEST(PbrtTextures, Constant) {
   EXPECT_EQ(Get<ConstantTexture>(Texture("\"float\" \"constant\" \"float value\" .25").kind).value, Rgb(0.25f));
@@ -46,7 +48,9 @@ TEST(PbrtTextures, ImageParameters) {
   EXPECT_EQ(image("\"string encoding\" \"gamma 2.2\"").gamma, 2.2f);
   EXPECT_EQ(image("\"float scale\" 2 \"bool invert\" true").scale, 2);
   EXPECT_TRUE(image("\"bool invert\" true").invert);
-  const auto mapping = image("\"string mapping\" \"uv\" \"float uscale\" 2 \"float vscale\" 3 \"float udelta\" 4 \"float vdelta\" 5").mapping;
+  const auto mapping =
+      image("\"string mapping\" \"uv\" \"float uscale\" 2 \"float vscale\" 3 \"float udelta\" 4 \"float vdelta\" 5")
+          .mapping;
   EXPECT_EQ(mapping.su, 2);
   EXPECT_EQ(mapping.sv, 3);
   EXPECT_EQ(mapping.du, 4);
@@ -56,13 +60,15 @@ TEST(PbrtTextures, ImageParameters) {
 TEST(PbrtTextures, Compositions) {
   const std::string base = "\"f\" \"float\" \"constant\" Texture \"s\" \"spectrum\" \"constant\" Texture \"t\" ";
   const auto parse = [&](const std::string& text) { return ParseWorld("Texture " + base + text).textures.back(); };
-  const auto scale = Get<ScaleTexture>(parse("\"spectrum\" \"scale\" \"texture tex\" \"s\" \"texture scale\" \"f\"").kind);
+  const auto scale =
+      Get<ScaleTexture>(parse("\"spectrum\" \"scale\" \"texture tex\" \"s\" \"texture scale\" \"f\"").kind);
   EXPECT_EQ(scale.tex.texture, 1);
   EXPECT_EQ(scale.scale.texture, 0);
   const auto plain = Get<ScaleTexture>(parse("\"float\" \"scale\"").kind);
   EXPECT_EQ(plain.tex.value, Rgb(1));
   EXPECT_EQ(plain.scale.value, Rgb(1));
-  const auto mix = Get<MixTexture>(parse("\"spectrum\" \"mix\" \"rgb tex1\" [1 0 0] \"texture tex2\" \"s\" \"float amount\" .2").kind);
+  const auto mix = Get<MixTexture>(
+      parse("\"spectrum\" \"mix\" \"rgb tex1\" [1 0 0] \"texture tex2\" \"s\" \"float amount\" .2").kind);
   EXPECT_EQ(mix.a.value, Rgb(1, 0, 0));
   EXPECT_EQ(mix.b.texture, 1);
   EXPECT_EQ(mix.amount.value, Rgb(0.2f));
@@ -70,7 +76,9 @@ TEST(PbrtTextures, Compositions) {
   EXPECT_EQ(mixed.a.value, Rgb(0));
   EXPECT_EQ(mixed.b.value, Rgb(1));
   EXPECT_EQ(mixed.amount.value, Rgb(0.5f));
-  const auto checks = Get<CheckerboardTexture>(parse("\"spectrum\" \"checkerboard\" \"integer dimension\" 2 \"texture tex1\" \"s\" \"rgb tex2\" [0 0 1] \"float uscale\" 8").kind);
+  const auto checks = Get<CheckerboardTexture>(parse("\"spectrum\" \"checkerboard\" \"integer dimension\" 2 \"texture "
+                                                     "tex1\" \"s\" \"rgb tex2\" [0 0 1] \"float uscale\" 8")
+                                                   .kind);
   EXPECT_EQ(checks.a.texture, 1);
   EXPECT_EQ(checks.b.value, Rgb(0, 0, 1));
   EXPECT_EQ(checks.mapping.su, 8);
@@ -80,7 +88,9 @@ TEST(PbrtTextures, Compositions) {
 }
 
 TEST(PbrtTextures, FloatAndSpectrumNamesAreSeparate) {
-  const auto scene = ParseWorld("Texture \"t\" \"float\" \"constant\" Texture \"t\" \"spectrum\" \"constant\" Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\" \"texture alpha\" \"t\"");
+  const auto scene = ParseWorld(
+      "Texture \"t\" \"float\" \"constant\" Texture \"t\" \"spectrum\" \"constant\" Material \"diffuse\" \"texture "
+      "reflectance\" \"t\" Shape \"sphere\" \"texture alpha\" \"t\"");
   EXPECT_EQ(Get<DiffuseMaterial>(scene.materials.at(0).kind).reflectance.texture, 1);
   EXPECT_EQ(scene.shapes.at(0).alpha.texture, 0);
 }
@@ -98,37 +108,54 @@ TEST(PbrtTextures, RefusesByNameAndPlace) {
       {"Texture \"t\" \"spectrum\" \"ptex\"", kNo, "2:1", "use constant, imagemap"},
       {"Texture \"t\" \"float\" \"windy\"", kNo, "2:1", "use constant, imagemap"},
       {"Texture \"t\" \"float\" \"wrinkled\"", kNo, "2:1", "use constant, imagemap"},
-      {"Texture \"t\" \"float\" \"constant\" Texture \"t\" \"float\" \"constant\"", kBad, "2:32", "defined already, at s.pbrt:2:1"},
+      {"Texture \"t\" \"float\" \"constant\" Texture \"t\" \"float\" \"constant\"", kBad, "2:32",
+       "defined already, at s.pbrt:2:1"},
       {"Texture \"t\" \"float\" \"constant\" \"rgb value\" [1 1 1]", kBad, "2:32", "expected \"float value\""},
       {"Texture \"t\" \"spectrum\" \"constant\" \"float value\" 1", kBad, "2:35", "expected \"rgb value\""},
-      {"Texture \"a\" \"float\" \"constant\" Texture \"t\" \"float\" \"constant\" \"texture value\" \"a\"", kBad, "2:63", "must be a constant"},
+      {"Texture \"a\" \"float\" \"constant\" Texture \"t\" \"float\" \"constant\" \"texture value\" \"a\"", kBad,
+       "2:63", "must be a constant"},
       {"Texture \"t\" \"float\" \"constant\" \"float scale\" 1", kBad, "2:32", "it takes: value"},
       {"Texture \"t\" \"float\" \"imagemap\"", kBad, "2:1", "needs a \"string filename\""},
       {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"\"", kBad, "2:32", "is empty"},
       {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"absent.png\"", kMissing, "2:32", "absent.png"},
-      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string wrap\" \"mirror\"", kBad, "2:62", "repeat, clamp, black"},
-      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string wrap\" \"octahedralsphere\"", kNo, "2:62", "use repeat"},
-      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string filter\" \"cubic\"", kBad, "2:62", "point, bilinear"},
-      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string encoding\" \"rec709\"", kBad, "2:62", "sRGB, linear or gamma"},
-      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string encoding\" \"gamma x\"", kBad, "2:62", "a number"},
-      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string encoding\" \"gamma 0\"", kBad, "2:62", "greater than 0"},
-      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string mapping\" \"planar\" \"vector3 v1\" [1 0 0]", kNo, "2:62", "only \"uv\""},
-      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string mapping\" \"spherical\"", kNo, "2:62", "only \"uv\""},
-      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string mapping\" \"cylindrical\"", kNo, "2:62", "only \"uv\""},
-      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string mapping\" \"cubic\"", kBad, "2:62", "expected \"uv\""},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string wrap\" \"mirror\"", kBad,
+       "2:62", "repeat, clamp, black"},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string wrap\" \"octahedralsphere\"",
+       kNo, "2:62", "use repeat"},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string filter\" \"cubic\"", kBad,
+       "2:62", "point, bilinear"},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string encoding\" \"rec709\"", kBad,
+       "2:62", "sRGB, linear or gamma"},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string encoding\" \"gamma x\"", kBad,
+       "2:62", "a number"},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string encoding\" \"gamma 0\"", kBad,
+       "2:62", "greater than 0"},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string mapping\" \"planar\" \"vector3 "
+       "v1\" [1 0 0]",
+       kNo, "2:62", "only \"uv\""},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string mapping\" \"spherical\"", kNo,
+       "2:62", "only \"uv\""},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string mapping\" \"cylindrical\"", kNo,
+       "2:62", "only \"uv\""},
+      {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string mapping\" \"cubic\"", kBad,
+       "2:62", "expected \"uv\""},
       {"Texture \"t\" \"float\" \"checkerboard\" \"integer dimension\" 3", kNo, "2:36", "only 2"},
       {"Texture \"t\" \"float\" \"checkerboard\" \"integer dimension\" 4", kBad, "2:36", "must be 2"},
-      {"Texture \"t\" \"spectrum\" \"scale\" \"rgb scale\" [1 1 1]", kBad, "2:32", "expected \"float scale\" or \"texture scale\""},
+      {"Texture \"t\" \"spectrum\" \"scale\" \"rgb scale\" [1 1 1]", kBad, "2:32",
+       "expected \"float scale\" or \"texture scale\""},
       {"Texture \"t\" \"spectrum\" \"mix\" \"rgb amount\" [1 1 1]", kBad, "2:30", "expected \"float amount\""},
-      {"Texture \"t\" \"spectrum\" \"mix\" \"texture tex1\" \"nowhere\"", kBad, "2:30", "no spectrum texture of that name"},
+      {"Texture \"t\" \"spectrum\" \"mix\" \"texture tex1\" \"nowhere\"", kBad, "2:30",
+       "no spectrum texture of that name"},
       {"Texture \"t\" \"spectrum\" \"mix\" \"texture tex1\" [\"a\" \"b\"]", kBad, "2:30", "one texture name"},
-      {"Texture \"f\" \"float\" \"constant\" Texture \"t\" \"spectrum\" \"mix\" \"texture tex1\" \"f\"", kBad, "2:61", "\"f\" is a float texture"},
+      {"Texture \"f\" \"float\" \"constant\" Texture \"t\" \"spectrum\" \"mix\" \"texture tex1\" \"f\"", kBad, "2:61",
+       "\"f\" is a float texture"},
   };
   for (const Refused& c : cases) ExpectRefused(c, true);
 }
 
 TEST(PbrtTextures, LenientPutsAConstantInPlace) {
-  const auto scene = ParseWorld("Texture \"t\" \"spectrum\" \"marble\" Material \"diffuse\" \"texture reflectance\" \"t\"", true);
+  const auto scene =
+      ParseWorld("Texture \"t\" \"spectrum\" \"marble\" Material \"diffuse\" \"texture reflectance\" \"t\"", true);
   EXPECT_EQ(Get<DiffuseMaterial>(scene.materials.at(0).kind).reflectance.texture, 0);
   EXPECT_EQ(Get<ConstantTexture>(scene.textures.at(0).kind).value, Rgb(0.5f));
 }

@@ -36,20 +36,28 @@ class PlyText {
 
 // A quad and a triangle, with everything: normals, uvs, other properties and elements to skip.
 std::string FullMesh(Format format) {
-  const char* name = format == Format::kAscii ? "ascii" : format == Format::kLittle ? "binary_little_endian" : "binary_big_endian";
-  const std::string header = std::string("ply\nformat ") + name +
-                             " 1.0\ncomment made by a test\nobj_info nothing\nelement other 2\nproperty list uchar short odd\nproperty double d\n"
-                             "element vertex 5\nproperty float x\nproperty double y\nproperty float z\nproperty uchar red\nproperty list uchar int extra\n"
-                             "property float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float t\n"
-                             "element face 2\nproperty char flag\nproperty list uint8 uint vertex_indices\nproperty int face_indices\nend_header\n";
+  const char* name = format == Format::kAscii    ? "ascii"
+                     : format == Format::kLittle ? "binary_little_endian"
+                                                 : "binary_big_endian";
+  const std::string header =
+      std::string("ply\nformat ") + name +
+      " 1.0\ncomment made by a test\nobj_info nothing\nelement other 2\nproperty list uchar short odd\nproperty double "
+      "d\n"
+      "element vertex 5\nproperty float x\nproperty double y\nproperty float z\nproperty uchar red\nproperty list "
+      "uchar int extra\n"
+      "property float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float t\n"
+      "element face 2\nproperty char flag\nproperty list uint8 uint vertex_indices\nproperty int "
+      "face_indices\nend_header\n";
   PlyText out(format);
   out.Put<uint8_t>(2).Put<int16_t>(-7).Put<int16_t>(300).Put<double>(0.5);
   out.Put<uint8_t>(0).Put<double>(-1.5);
   for (int i = 0; i < 5; ++i) {
-    out.Put<float>(float(i)).Put<double>(i * 0.5).Put<float>(-float(i)).Put<uint8_t>(200).Put<uint8_t>(1).Put<int32_t>(-70000);
+    out.Put<float>(float(i)).Put<double>(i * 0.5).Put<float>(-float(i)).Put<uint8_t>(200).Put<uint8_t>(1).Put<int32_t>(
+        -70000);
     out.Put<float>(0).Put<float>(0).Put<float>(1).Put<float>(i * 0.25f).Put<float>(1 - i * 0.25f);
   }
-  out.Put<int8_t>(-1).Put<uint8_t>(4).Put<uint32_t>(0).Put<uint32_t>(1).Put<uint32_t>(2).Put<uint32_t>(3).Put<int32_t>(9);
+  out.Put<int8_t>(-1).Put<uint8_t>(4).Put<uint32_t>(0).Put<uint32_t>(1).Put<uint32_t>(2).Put<uint32_t>(3).Put<int32_t>(
+      9);
   out.Put<int8_t>(-1).Put<uint8_t>(3).Put<uint32_t>(4).Put<uint32_t>(3).Put<uint32_t>(2).Put<int32_t>(9);
   return header + out.bytes();
 }
@@ -61,7 +69,8 @@ void ExpectFullMesh(const TriangleMesh& mesh) {
   EXPECT_EQ(mesh.normals[4], (Vec3{0, 0, 1}));
   ASSERT_EQ(mesh.uvs.size(), 5u);
   EXPECT_EQ(mesh.uvs[1], (Vec2{0.25f, 0.75f}));
-  const std::vector<std::array<uint32_t, 3>> triangles = {{0, 1, 2}, {0, 2, 3}, {4, 3, 2}};  // the quad is split along 0-2
+  const std::vector<std::array<uint32_t, 3>> triangles = {
+      {0, 1, 2}, {0, 2, 3}, {4, 3, 2}};  // the quad is split along 0-2
   EXPECT_EQ(mesh.triangles, triangles);
 }
 
@@ -79,8 +88,9 @@ TEST(Ply, ReadsEveryFormatAlike) {
 }
 
 std::string Ascii(const std::string& vertices, const std::string& faces, int vertex_count = 3, int face_count = 1) {
-  return "ply\nformat ascii 1.0\nelement vertex " + std::to_string(vertex_count) + "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
-         std::to_string(face_count) + "\nproperty list uchar int vertex_index\nend_header\n" + vertices + "\n" + faces + "\n";
+  return "ply\nformat ascii 1.0\nelement vertex " + std::to_string(vertex_count) +
+         "\nproperty float x\nproperty float y\nproperty float z\nelement face " + std::to_string(face_count) +
+         "\nproperty list uchar int vertex_index\nend_header\n" + vertices + "\n" + faces + "\n";
 }
 
 TEST(Ply, ReadsMinimalFilesWithCarriageReturns) {
@@ -134,7 +144,8 @@ TEST(Ply, NamesTheElementThatIsWrong) {
   // The third vertex's x: 22 bytes of the first element, 42 a vertex.
   std::memcpy(binary.data() + binary.find("end_header\n") + 11 + 22 + 2 * 42, &nan, 4);
   ExpectBad({binary, kBad, "vertex 2: \"x\" is not finite"});
-  ExpectBad({FullMesh(Format::kBig).substr(0, FullMesh(Format::kBig).size() - 1), ErrorKind::kCorrupt, "face 1: the file is truncated"});
+  ExpectBad({FullMesh(Format::kBig).substr(0, FullMesh(Format::kBig).size() - 1), ErrorKind::kCorrupt,
+             "face 1: the file is truncated"});
 }
 
 TEST(Ply, RefusesMalformedHeaders) {
@@ -155,13 +166,23 @@ TEST(Ply, RefusesMalformedHeaders) {
       {head + "element vertex 3\nproperty float x\nproperty float x\nend_header\n", kBad, "\"x\" is there twice"},
       {head + "vertices 3\nend_header\n", kBad, "unknown keyword \"vertices\""},
       {head + "element vertex 3\nproperty float x\n", kBad, "ends before \"end_header\""},
-      {head + "element vertex 1\nproperty float x\nproperty float y\nend_header\n1 1\n", kBad, "vertices have no x, y and z"},
-      {head + "element vertex 1\nproperty float x\nproperty float y\nproperty list uchar float z\nend_header\n1 1 0\n", kBad, "a list for \"z\""},
-      {head + "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nend_header\n1 1 1 1\n", kBad, "some of nx, ny and nz"},
-      {head + "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty float u\nend_header\n1 1 1 1\n", kBad, "one of u and v"},
+      {head + "element vertex 1\nproperty float x\nproperty float y\nend_header\n1 1\n", kBad,
+       "vertices have no x, y and z"},
+      {head + "element vertex 1\nproperty float x\nproperty float y\nproperty list uchar float z\nend_header\n1 1 0\n",
+       kBad, "a list for \"z\""},
+      {head + "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty float "
+              "nx\nend_header\n1 1 1 1\n",
+       kBad, "some of nx, ny and nz"},
+      {head + "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nproperty float u\nend_header\n1 "
+              "1 1 1\n",
+       kBad, "one of u and v"},
       {head + "element face 1\nproperty float area\nend_header\n1\n", kBad, "no integer list \"vertex_indices\""},
-      {head + "element face 1\nproperty list uchar float vertex_indices\nend_header\n3 0 1 2\n", kBad, "no integer list"},
-      {Ascii("0 0 0 1 0 0 0 1 0", "3 0 1 2").replace(0, 21, "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n"), kBad, "two elements \"vertex\""},
+      {head + "element face 1\nproperty list uchar float vertex_indices\nend_header\n3 0 1 2\n", kBad,
+       "no integer list"},
+      {Ascii("0 0 0 1 0 0 0 1 0", "3 0 1 2")
+           .replace(0, 21,
+                    "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n"),
+       kBad, "two elements \"vertex\""},
   };
   for (const BadPly& c : cases) ExpectBad(c);
 }

@@ -19,8 +19,10 @@ inline TriangleMesh Quad(Vec3 corner, Vec3 e1, Vec3 e2) {
 // Normals point outwards.
 inline TriangleMesh Box(Vec3 low, Vec3 high) {
   TriangleMesh mesh;
-  for (int i = 0; i < 8; ++i) mesh.positions.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
-  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  for (int i = 0; i < 8; ++i)
+    mesh.positions.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   return mesh;
 }
 
@@ -53,6 +55,8 @@ struct SceneBuilder {
   std::shared_ptr<const Scene> Compile() const { return Scene::Compile(d); }
 };
 
-inline Ray Towards(Vec3 from, Vec3 to) { return {from, Normalize(to - from), kInfinity}; }
+inline Ray Towards(Vec3 from, Vec3 to) {
+  return {from, Normalize(to - from), kInfinity};
+}
 
 }  // namespace lodestar::test

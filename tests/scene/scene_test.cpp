@@ -130,8 +130,16 @@ TEST(Scene, BadGeometryIsRefusedWithItsPlace) {
   expect([&](SceneBuilder& b) { mesh(b).positions[1].x = 1e20f; }, ErrorKind::kInvalidInput);
   expect([&](SceneBuilder& b) { mesh(b).triangles[0][2] = 3; }, ErrorKind::kInvalidInput);
   expect([&](SceneBuilder& b) { mesh(b).uvs.resize(2); }, ErrorKind::kInvalidInput);
-  expect([&](SceneBuilder& b) { b.d.shapes[0].world_from_object = Transform::Scale({1, 0, 1}); }, ErrorKind::kInvalidInput);
-  expect([&](SceneBuilder& b) { b.AddLight(Flat(), Rgb(NAN)), b.d.shapes.back().light->where = {"test.pbrt", 1, 1}; }, ErrorKind::kInvalidInput);
+  expect(
+      [&](SceneBuilder& b) {
+        b.d.shapes[0].world_from_object = Transform::Scale({1, 0, 1});
+      },
+      ErrorKind::kInvalidInput);
+  expect(
+      [&](SceneBuilder& b) {
+        b.AddLight(Flat(), Rgb(NAN)), b.d.shapes.back().light->where = {"test.pbrt", 1, 1};
+      },
+      ErrorKind::kInvalidInput);
   expect([&](SceneBuilder& b) { b.AddLight(InfiniteLight{Rgb(1), "/absent.exr"}); }, ErrorKind::kNotFound);
   expect(
       [&](SceneBuilder& b) {
@@ -154,7 +162,8 @@ TEST(Instances, EqualFlattenedGeometry) {
       blob.normals.push_back(Normalize(Vec3{random.Next1D() - 0.5f, random.Next1D() - 0.5f, random.Next1D() - 0.5f}));
     }
   for (uint32_t i = 0; i < 60; ++i) blob.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-  const std::vector<Transform> places{Transform::Translate({2, 0, 1}) * Transform::Rotate(50, {1, 1, 0}), Transform::Translate({-1, 3, 0}) * Transform::Scale({-2, 1, 0.5f}),
+  const std::vector<Transform> places{Transform::Translate({2, 0, 1}) * Transform::Rotate(50, {1, 1, 0}),
+                                      Transform::Translate({-1, 3, 0}) * Transform::Scale({-2, 1, 0.5f}),
                                       Transform::Rotate(120, {0, 1, 3}) * Transform::Translate({0, -4, 0})};
   SceneBuilder instanced, flat;
   ShapeDescription shape = instanced.Add(blob, Transform::Rotate(20, {1, 0, 0}));
@@ -193,7 +202,8 @@ TEST(Instances, EqualFlattenedGeometry) {
     Hit again;
     const Vec3 away = Dot(ray.direction, sa.ng) > 0 ? sa.ng : -sa.ng;
     const bool met = a->Intersect({Scene::OffsetOrigin(sa, away), away, kInfinity}, &again);
-    EXPECT_FALSE(met && ha.geometry == 0 && again.geometry == 0 && again.primitive == ha.primitive && again.instance == ha.instance);
+    EXPECT_FALSE(met && ha.geometry == 0 && again.geometry == 0 && again.primitive == ha.primitive &&
+                 again.instance == ha.instance);
   }
   EXPECT_GT(hits, 3000);
   EXPECT_LT(odd, 40);
@@ -273,7 +283,9 @@ TEST(SceneHash, ChangesWithAnythingAndWithNothingElse) {
       [](auto& d) { d.shapes[1].light->two_sided = true; },
       [](auto& d) { d.shapes[1].light->power = 2; },
       [](auto& d) { std::get<InfiniteLight>(d.lights[0].kind).radiance.r = 0.5f; },
-      [](auto& d) { d.lights[0].world_from_light = Transform::Rotate(10, {0, 0, 1}); },
+      [](auto& d) {
+        d.lights[0].world_from_light = Transform::Rotate(10, {0, 0, 1});
+      },
       [](auto& d) { std::get<SpotLight>(d.lights[1].kind).cone_delta = 6; },
       [](auto& d) { std::get<ImageTexture>(d.textures[0].kind).wrap = ImageTexture::Wrap::kClamp; },
       [](auto& d) { std::get<ImageTexture>(d.textures[0].kind).mapping.su = 2; },
@@ -281,7 +293,9 @@ TEST(SceneHash, ChangesWithAnythingAndWithNothingElse) {
       [](auto& d) { d.materials[0].kind = DielectricMaterial{}; },
       [](auto& d) { d.camera.fov = 40; },
       [](auto& d) { d.camera.lens_radius = 0.1f; },
-      [](auto& d) { d.camera.camera_from_world = Transform::Translate({0, 0, 1}); },
+      [](auto& d) {
+        d.camera.camera_from_world = Transform::Translate({0, 0, 1});
+      },
       [](auto& d) { d.resolution_x = 17; },
       [](auto& d) { d.filter.sigma = 0.4f; },
       [](auto& d) { d.max_depth = 6; },

@@ -10,7 +10,9 @@ namespace {
 
 using test::SceneBuilder;
 
-TextureDescription Texture(decltype(TextureDescription::kind) kind) { return {"t", false, std::move(kind), {"test.pbrt", 4, 2}}; }
+TextureDescription Texture(decltype(TextureDescription::kind) kind) {
+  return {"t", false, std::move(kind), {"test.pbrt", 4, 2}};
+}
 
 TEST(TextureTable, EvaluatesExpressions) {
   std::vector<TextureDescription> textures;
@@ -94,7 +96,8 @@ TEST(Materials, MixPicksByAmountAlsoNested) {
   ASSERT_TRUE(scene->Intersect(ray, &hit));
   const auto si = scene->Interaction(ray, hit);
   int counts[4] = {};
-  for (int i = 0; i < 1000; ++i) ++counts[int(std::round(scene->BsdfAt(si, (i + 0.5f) / 1000).Albedo({0, 0, 1}).r * 10))];
+  for (int i = 0; i < 1000; ++i)
+    ++counts[int(std::round(scene->BsdfAt(si, (i + 0.5f) / 1000).Albedo({0, 0, 1}).r * 10))];
   EXPECT_EQ(counts[1], 375);
   EXPECT_EQ(counts[2], 125);
   EXPECT_EQ(counts[3], 500);

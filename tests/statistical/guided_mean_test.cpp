@@ -1,5 +1,5 @@
-// Guiding must not move the mean: images guided by an SD-tree against plain path tracing, in every mode of next event estimation, over independent
-// seeds, by Welch's t-test on the image's mean and on each of its quadrants.
+// Guiding must not move the mean: images guided by an SD-tree against plain path tracing, in every mode of next event
+// estimation, over independent seeds, by Welch's t-test on the image's mean and on each of its quadrants.
 #include <gtest/gtest.h>
 
 #include "tests/statistical/small_scenes.h"
@@ -26,7 +26,8 @@ void AddImage(const Image& image, Means* means, double scale = 1) {
   for (int i = 0; i < kRegions; ++i) (*means)[i].Add(sums[i] / static_cast<double>(image.size()));
 }
 
-Means RenderSeeds(const CompiledJob& compiled, const std::string& method, const std::map<std::string, std::string>& options, double scale = 1, uint64_t first_seed = 1) {
+Means RenderSeeds(const CompiledJob& compiled, const std::string& method,
+                  const std::map<std::string, std::string>& options, double scale = 1, uint64_t first_seed = 1) {
   Means means;
   for (uint64_t seed = 0; seed < kSeeds; ++seed) {
     JobSpec job;
@@ -55,16 +56,19 @@ TEST_P(GuidedMeanTest, EqualsTheUnguidedMean) {
   };
   const bool only_delta_lights = std::string(GetParam().name) == "spots";
   for (const auto& [name, options] : variants) {
-    if (only_delta_lights && (name == "never" || name == "kickstart")) continue;  // nothing but next event estimation finds these
+    if (only_delta_lights && (name == "never" || name == "kickstart"))
+      continue;  // nothing but next event estimation finds these
     const Means guided = RenderSeeds(compiled, "sdtree", options);
     for (int region = 0; region < kRegions; ++region) {
       const test::TestResult result = test::WelchTest(guided[region], reference[region], kLevel);
-      EXPECT_TRUE(result.accepted) << GetParam().name << ", nee " << name << ", region " << region << ": " << result.message;
+      EXPECT_TRUE(result.accepted) << GetParam().name << ", nee " << name << ", region " << region << ": "
+                                   << result.message;
     }
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(SmallScenes, GuidedMeanTest, testing::ValuesIn(test::kSmallScenes), [](const auto& info) { return std::string(info.param.name); });
+INSTANTIATE_TEST_SUITE_P(SmallScenes, GuidedMeanTest, testing::ValuesIn(test::kSmallScenes),
+                         [](const auto& info) { return std::string(info.param.name); });
 
 TEST(GuidedMeanTest, AMeanThatIsThreePercentOffIsSeen) {
   const CompiledJob compiled = CompileJob(ParsePbrtText(test::kSmallScenes[3].text, "test.pbrt", "."), JobSpec{});
@@ -73,7 +77,8 @@ TEST(GuidedMeanTest, AMeanThatIsThreePercentOffIsSeen) {
   EXPECT_FALSE(test::WelchTest(wrong[4], reference[4], kLevel).accepted);
 }
 
-// Closed boxes where every ray meets emission Le on a surface of albedo a: radiance is Le / (1 - a) times (1 - a^(depth + 1)) everywhere.
+// Closed boxes where every ray meets emission Le on a surface of albedo a: radiance is Le / (1 - a) times (1 - a^(depth
+// + 1)) everywhere.
 TEST(AnalyticTest, FurnaceBoxes) {
   for (const std::string& method : {std::string("path"), std::string("sdtree")})
     for (const std::string& nee : {std::string("never"), std::string("always")})
@@ -85,7 +90,9 @@ Film "rgb" "integer xresolution" [8] "integer yresolution" [8]
 Camera "perspective" "float fov" [60]
 WorldBegin
 AreaLightSource "diffuse" "rgb L" [1 1 1] "bool twosided" [true]
-Material "diffuse" "rgb reflectance" [)" + std::to_string(albedo) + " " + std::to_string(albedo) + " " + std::to_string(albedo) + R"(]
+Material "diffuse" "rgb reflectance" [)" +
+                                 std::to_string(albedo) + " " + std::to_string(albedo) + " " + std::to_string(albedo) +
+                                 R"(]
 Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1  -1 1 -1  1 1 -1  1 1 1  -1 1 1]
   "integer indices" [0 2 1 0 3 2  4 5 6 4 6 7  3 6 2 3 7 6  0 4 7 0 7 3  1 2 6 1 6 5  0 1 5 0 5 4]
 )";

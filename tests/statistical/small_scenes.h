@@ -10,7 +10,8 @@ struct SmallScene {
   std::string text;
 };
 
-inline std::string Room(const std::string& inside, const std::string& walls = R"(Material "diffuse" "rgb reflectance" [0.7 0.6 0.5])") {
+inline std::string Room(const std::string& inside,
+                        const std::string& walls = R"(Material "diffuse" "rgb reflectance" [0.7 0.6 0.5])") {
   // A box from -1 to 1 seen from its open front.
   return R"(Integrator "path" "integer maxdepth" [8]
 PixelFilter "box"
@@ -18,7 +19,8 @@ Film "rgb" "integer xresolution" [24] "integer yresolution" [24]
 LookAt 0 0 -3.4  0 0 0  0 1 0
 Camera "perspective" "float fov" [40]
 WorldBegin
-)" + walls + R"(
+)" + walls +
+         R"(
 Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1  -1 1 -1  1 1 -1  1 1 1  -1 1 1]
   "integer indices" [0 2 1 0 3 2  4 5 6 4 6 7  3 6 2 3 7 6  0 4 7 0 7 3  1 2 6 1 6 5]
 )" + inside;
@@ -33,7 +35,9 @@ Shape "trianglemesh" "point3 P" [-0.3 0.2 -0.3  0.3 0.2 -0.3  0.3 0.2 0.3  -0.3 
 AttributeEnd
 )")},
     // A glossy metal block under a small light.
-    {"glossy", Room(R"(AttributeBegin
+    {"glossy",
+     Room(
+         R"(AttributeBegin
 AreaLightSource "diffuse" "rgb L" [60 60 60]
 Shape "sphere" "float radius" [0.12]
 AttributeEnd
@@ -42,7 +46,8 @@ Translate 0.3 -0.6 0.1
 Material "conductor" "float roughness" [0.15] "bool remaproughness" [false]
 Shape "sphere" "float radius" [0.4]
 AttributeEnd
-)", R"(Material "coateddiffuse" "rgb reflectance" [0.6 0.6 0.7] "float roughness" [0.2] "bool remaproughness" [false])")},
+)",
+         R"(Material "coateddiffuse" "rgb reflectance" [0.6 0.6 0.7] "float roughness" [0.2] "bool remaproughness" [false])")},
     // Glass in front of a light that is not small, so that its caustic converges.
     {"glass", Room(R"(AttributeBegin
 AreaLightSource "diffuse" "rgb L" [4 4 5]
@@ -62,7 +67,8 @@ Shape "disk" "float radius" [0.6]
 AttributeEnd
 )")},
     // Lights that cannot be hit, and mirrors.
-    {"spots", Room(R"(LightSource "spot" "rgb I" [6 6 6] "point3 from" [0 0.9 0] "point3 to" [-1 -0.5 0.2] "float coneangle" [35]
+    {"spots",
+     Room(R"(LightSource "spot" "rgb I" [6 6 6] "point3 from" [0 0.9 0] "point3 to" [-1 -0.5 0.2] "float coneangle" [35]
 LightSource "point" "rgb I" [0.3 0.4 0.5] "point3 from" [0.5 0 -0.5]
 AttributeBegin
 Translate 0.35 -0.55 0.2

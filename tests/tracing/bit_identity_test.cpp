@@ -1,4 +1,5 @@
-// The same job gives the same bits: image and trees, for any number of threads, any order of units and any cut of a round into nodes.
+// The same job gives the same bits: image and trees, for any number of threads, any order of units and any cut of a
+// round into nodes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,11 +21,13 @@ JobSpec GuidedJob() {
   return job;
 }
 
-// A scene of coplanar duplicate triangles in several meshes: which of them is hit first must not depend on how a tree was built.
+// A scene of coplanar duplicate triangles in several meshes: which of them is hit first must not depend on how a tree
+// was built.
 std::string DuplicateScene() {
   std::string text = test::Room("");
   for (int i = 0; i < 6; ++i)
-    text += "Material \"diffuse\" \"rgb reflectance\" [" + std::to_string(0.1 * (i + 1)) + " 0.5 " + std::to_string(0.9 - 0.1 * i) + R"(]
+    text += "Material \"diffuse\" \"rgb reflectance\" [" + std::to_string(0.1 * (i + 1)) + " 0.5 " +
+            std::to_string(0.9 - 0.1 * i) + R"(]
 Shape "trianglemesh" "point3 P" [-0.5 -0.5 0  0.5 -0.5 0  0.5 0.5 0  -0.5 0.5 0] "integer indices" [0 1 2 0 2 3  0 1 2 0 2 3]
 )";
   return text + R"(LightSource "point" "rgb I" [2 2 2] "point3 from" [0 0 -0.9]
@@ -62,9 +65,13 @@ TEST(BitIdentityTest, AnotherSeedShows) {
 class ShuffledExecutor final : public Executor {
  public:
   ShuffledExecutor(const CompiledJob& compiled, const JobSpec& job, const Method& method, uint32_t seed)
-      : method_(method), grid_(compiled.survey.resolution_x, compiled.survey.resolution_y), local_(compiled.scene, job, method, 2), random_(seed) {}
+      : method_(method),
+        grid_(compiled.survey.resolution_x, compiled.survey.resolution_y),
+        local_(compiled.scene, job, method, 2),
+        random_(seed) {}
 
-  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) override {
+  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                      const StopToken& stop) override {
     RoundReduction reduction(round.unit_count);
     while (!reduction.Complete()) {
       std::vector<TreeNode> nodes = reduction.Missing(random_() % 3);

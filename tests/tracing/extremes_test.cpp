@@ -1,5 +1,5 @@
-// Stiff and extreme scenes: finite, unbiased numbers, or a clear refusal. Units and distances must not matter, so most cases compare a scene with
-// itself at another scale.
+// Stiff and extreme scenes: finite, unbiased numbers, or a clear refusal. Units and distances must not matter, so most
+// cases compare a scene with itself at another scale.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,8 @@ double Mean(const Image& image) {
 }
 
 bool AllFinite(const Image& image) {
-  return std::all_of(image.pixels.begin(), image.pixels.end(), [](Rgb p) { return IsFinite(p) && MinComponent(p) >= 0; });
+  return std::all_of(image.pixels.begin(), image.pixels.end(),
+                     [](Rgb p) { return IsFinite(p) && MinComponent(p) >= 0; });
 }
 
 JobSpec Job(const std::string& method, uint64_t spp = 31) {
@@ -36,18 +37,26 @@ std::string Number(double v) {
 
 // A lit diffuse room of the given size, `away` units from the origin along every axis.
 std::string ScaledRoom(double s, double away, double emission) {
-  const auto p = [&](double x, double y, double z) { return Number(x * s + away) + " " + Number(y * s + away) + " " + Number(z * s + away) + "  "; };
+  const auto p = [&](double x, double y, double z) {
+    return Number(x * s + away) + " " + Number(y * s + away) + " " + Number(z * s + away) + "  ";
+  };
   return R"(Integrator "path" "integer maxdepth" [6]
 PixelFilter "box"
 Film "rgb" "integer xresolution" [16] "integer yresolution" [16]
-LookAt )" + p(0, 0, -3.4) + p(0, 0, 0) + R"( 0 1 0
+LookAt )" +
+         p(0, 0, -3.4) + p(0, 0, 0) + R"( 0 1 0
 Camera "perspective" "float fov" [40]
 WorldBegin
 Material "diffuse" "rgb reflectance" [0.6 0.6 0.6]
-Shape "trianglemesh" "point3 P" [)" + p(-1, -1, -1) + p(1, -1, -1) + p(1, -1, 1) + p(-1, -1, 1) + p(-1, 1, -1) + p(1, 1, -1) + p(1, 1, 1) + p(-1, 1, 1) +
+Shape "trianglemesh" "point3 P" [)" +
+         p(-1, -1, -1) + p(1, -1, -1) + p(1, -1, 1) + p(-1, -1, 1) + p(-1, 1, -1) + p(1, 1, -1) + p(1, 1, 1) +
+         p(-1, 1, 1) +
          R"(] "integer indices" [0 2 1 0 3 2  4 5 6 4 6 7  3 6 2 3 7 6  0 4 7 0 7 3  1 2 6 1 6 5]
-AreaLightSource "diffuse" "rgb L" [)" + Number(emission) + " " + Number(emission) + " " + Number(emission) + R"(]
-Shape "trianglemesh" "point3 P" [)" + p(-0.4, 0.9, -0.4) + p(0.4, 0.9, -0.4) + p(0.4, 0.9, 0.4) + p(-0.4, 0.9, 0.4) + R"(] "integer indices" [0 1 2 0 2 3]
+AreaLightSource "diffuse" "rgb L" [)" +
+         Number(emission) + " " + Number(emission) + " " + Number(emission) + R"(]
+Shape "trianglemesh" "point3 P" [)" +
+         p(-0.4, 0.9, -0.4) + p(0.4, 0.9, -0.4) + p(0.4, 0.9, 0.4) + p(-0.4, 0.9, 0.4) +
+         R"(] "integer indices" [0 1 2 0 2 3]
 )";
 }
 
@@ -88,9 +97,11 @@ Camera "perspective" "float fov" [2]
 WorldBegin
 Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
 Shape "trianglemesh" "point3 P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9] "integer indices" [0 2 1 0 3 2]
-Translate 0 )" + Number(distance) + R"( 0
+Translate 0 )" + Number(distance) +
+                           R"( 0
 AreaLightSource "diffuse" "rgb L" [1e7 1e7 1e7]
-Shape "sphere" "float radius" [)" + Number(radius) + "]\n";
+Shape "sphere" "float radius" [)" +
+                           Number(radius) + "]\n";
   for (const std::string& method : {std::string("path"), std::string("sdtree")}) {
     const Image image = test::RenderText(text, Job(method)).image;
     EXPECT_NEAR(Mean(image), 0.5 / M_PI * 1e7 * solid_angle, 1e-3 * 0.5 / M_PI) << method;
@@ -112,21 +123,26 @@ TEST(ExtremesTest, BlackSceneOneSampleOnePixel) {
 }
 
 TEST(ExtremesTest, RoughnessIndexAndAlbedoAtTheirEnds) {
-  for (const char* material : {
-           R"("conductor" "float roughness" [1e-4] "bool remaproughness" [false])", R"("conductor" "float roughness" [1] "bool remaproughness" [false])",
-           R"("dielectric" "float eta" [1])", R"("dielectric" "float eta" [1.0001])", R"("dielectric" "float eta" [1.0001] "float roughness" [0.3])",
-           R"("dielectric" "float eta" [4] "float roughness" [1] "bool remaproughness" [false])", R"("diffuse" "rgb reflectance" [1 1 1])",
-           R"("diffuse" "rgb reflectance" [0 0 0])", R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" [0])",
-           R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" [1e-4] "bool remaproughness" [false])",
-           R"("coatedconductor")"}) {
-    const test::Rendered rendered = test::RenderText(test::Room(std::string(R"(AreaLightSource "diffuse" "rgb L" [5 5 5] "bool twosided" [true]
+  for (const char* material :
+       {R"("conductor" "float roughness" [1e-4] "bool remaproughness" [false])",
+        R"("conductor" "float roughness" [1] "bool remaproughness" [false])", R"("dielectric" "float eta" [1])",
+        R"("dielectric" "float eta" [1.0001])", R"("dielectric" "float eta" [1.0001] "float roughness" [0.3])",
+        R"("dielectric" "float eta" [4] "float roughness" [1] "bool remaproughness" [false])",
+        R"("diffuse" "rgb reflectance" [1 1 1])", R"("diffuse" "rgb reflectance" [0 0 0])",
+        R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" [0])",
+        R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" [1e-4] "bool remaproughness" [false])",
+        R"("coatedconductor")"}) {
+    const test::Rendered rendered =
+        test::RenderText(test::Room(std::string(R"(AreaLightSource "diffuse" "rgb L" [5 5 5] "bool twosided" [true]
 Shape "disk" "float radius" [0.3]
 AttributeBegin
 Translate 0.4 -0.5 -0.3
 Material )") + material + R"(
 Shape "sphere" "float radius" [0.4]
 AttributeEnd
-)", std::string("Material ") + material), Job("sdtree", 15));
+)",
+                                    std::string("Material ") + material),
+                         Job("sdtree", 15));
     EXPECT_TRUE(AllFinite(rendered.image)) << material;
     EXPECT_EQ(rendered.report.health.counts[static_cast<int>(HealthEvent::kNan)], 0u) << material;
     EXPECT_EQ(rendered.report.health.counts[static_cast<int>(HealthEvent::kInfinite)], 0u) << material;
@@ -139,7 +155,8 @@ Shape "disk" "float radius" [0.3] "float height" [-0.5]
 Material "diffuse"
 Shape "trianglemesh" "point3 P" [0 0 0  0 0 0  0 0 0  -0.5 0 0.2  0.5 0 0.2  0 0.5 0.2] "integer indices" [0 1 2  3 4 5  3 4 5  3 3 4]
   "normal N" [0 0 0  0 0 0  0 0 0  0 0 0  0 0 0  0 0 0] "point2 uv" [0 0  0 0  0 0  0 0  0 0  0 0]
-)"), Job("sdtree", 7));
+)"),
+                                                   Job("sdtree", 7));
   EXPECT_TRUE(AllFinite(rendered.image));
   EXPECT_EQ(rendered.report.health.total(), 0u);
 }

@@ -1,5 +1,5 @@
-// A stop request ends rendering within 100 ms (core/tracing/tracer.h). The bound here is generous, for machines that are busy with other things; the
-// figure itself is printed.
+// A stop request ends rendering within 100 ms (core/tracing/tracer.h). The bound here is generous, for machines that
+// are busy with other things; the figure itself is printed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -51,10 +51,12 @@ TEST(Stop, EndsTheWorkWithinATenthOfASecond) {
     const char* method;
   };
   // A large picture; and the longest pixels that a round has, where a picture is small.
-  for (const Case& c : {Case{1024, 64, "path"}, Case{1024, 64, "sdtree"}, Case{16, PassesPerRound(16, 16) * 64, "path"}}) {
+  for (const Case& c :
+       {Case{1024, 64, "path"}, Case{1024, 64, "sdtree"}, Case{16, PassesPerRound(16, 16) * 64, "path"}}) {
     for (const int threads : {1, 2}) {
       const double longest = LongestStop(c.resolution, c.passes, c.method, threads);
-      std::printf("%s %ux%u, %u passes, %d threads: stopped within %.1f ms\n", c.method, c.resolution, c.resolution, c.passes, threads, longest);
+      std::printf("%s %ux%u, %u passes, %d threads: stopped within %.1f ms\n", c.method, c.resolution, c.resolution,
+                  c.passes, threads, longest);
       EXPECT_LT(longest, 1000) << c.method;
     }
   }

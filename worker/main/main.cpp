@@ -38,12 +38,16 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", LODESTAR_VERSION);
   app.footer(kFooter);
   app.add_option("--coordinator", options.coordinator, "HOST:PORT of the coordinator")->required();
-  app.add_option("--threads", options.threads, "Threads to render on; 0: as many as this process may use (affinity and cgroup)")
+  app.add_option("--threads", options.threads,
+                 "Threads to render on; 0: as many as this process may use (affinity and cgroup)")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  app.add_option("--cache", cache, "Folder for scene files, may be shared by workers of one machine")->capture_default_str();
+  app.add_option("--cache", cache, "Folder for scene files, may be shared by workers of one machine")
+      ->capture_default_str();
   app.add_option("--cache-limit", cache_mib, "MiB of scene files to keep there")->capture_default_str();
-  app.add_option("--scenes", options.max_scenes, "Compiled scenes to keep in memory")->check(CLI::Range(1, 1000))->capture_default_str();
+  app.add_option("--scenes", options.max_scenes, "Compiled scenes to keep in memory")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   app.add_option("--name", options.name, "Name in lists and logs; default host:pid");
   try {
     app.parse(argc, argv);

@@ -38,7 +38,8 @@ Expected RenderHere(const SceneBundle& bundle, const JobSpec& spec, int threads)
 }
 
 bool SameBits(const Image& a, const Image& b) {
-  return a.width == b.width && a.height == b.height && a.pixels.size() == b.pixels.size() && a.variance.size() == b.variance.size() &&
+  return a.width == b.width && a.height == b.height && a.pixels.size() == b.pixels.size() &&
+         a.variance.size() == b.variance.size() &&
          std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Rgb)) == 0 &&
          std::memcmp(a.variance.data(), b.variance.data(), a.variance.size() * sizeof(float)) == 0;
 }
@@ -52,11 +53,21 @@ FarmFixture::~FarmFixture() {
   if (HasFailure() || std::getenv("LODESTAR_TEST_LOG")) std::cerr << Log();
 }
 
-void FarmFixture::StartCoordinator(const std::vector<std::string>& environment, const std::vector<std::string>& options) {
+void FarmFixture::StartCoordinator(const std::vector<std::string>& environment,
+                                   const std::vector<std::string>& options) {
   const auto port_file = folder_.path() / "port";
   std::filesystem::remove(port_file);
-  std::vector<std::string> command{LODESTAR_BINARY_DIR "/bin/lodestar-coordinator", "--listen", "127.0.0.1:" + std::to_string(port_),
-                                   "--store", (folder_.path() / "store").string(), "--port-file", port_file.string(), "--lease", "2", "--reserve", "16"};
+  std::vector<std::string> command{LODESTAR_BINARY_DIR "/bin/lodestar-coordinator",
+                                   "--listen",
+                                   "127.0.0.1:" + std::to_string(port_),
+                                   "--store",
+                                   (folder_.path() / "store").string(),
+                                   "--port-file",
+                                   port_file.string(),
+                                   "--lease",
+                                   "2",
+                                   "--reserve",
+                                   "16"};
   command.insert(command.end(), options.begin(), options.end());
   coordinator_ = Process(command, folder_.path() / "coordinator.log", environment);
   ASSERT_TRUE(Eventually(seconds(30), [&] { return std::filesystem::exists(port_file) || !coordinator_.running(); }));
@@ -65,9 +76,15 @@ void FarmFixture::StartCoordinator(const std::vector<std::string>& environment, 
   if (!client_) client_ = std::make_unique<FarmClient>("127.0.0.1:" + std::to_string(port_), FarmClient::Options{30});
 }
 
-Process& FarmFixture::StartWorker(const std::vector<std::string>& options, const std::vector<std::string>& environment) {
-  std::vector<std::string> command{LODESTAR_BINARY_DIR "/bin/lodestar-worker", "--coordinator", "127.0.0.1:" + std::to_string(port_), "--threads", "1",
-                                   "--cache", (folder_.path() / "cache").string()};
+Process& FarmFixture::StartWorker(const std::vector<std::string>& options,
+                                  const std::vector<std::string>& environment) {
+  std::vector<std::string> command{LODESTAR_BINARY_DIR "/bin/lodestar-worker",
+                                   "--coordinator",
+                                   "127.0.0.1:" + std::to_string(port_),
+                                   "--threads",
+                                   "1",
+                                   "--cache",
+                                   (folder_.path() / "cache").string()};
   command.insert(command.end(), options.begin(), options.end());
   workers_.emplace_back(command, folder_.path() / "workers.log", environment);
   return workers_.back();
@@ -96,7 +113,8 @@ std::string FarmFixture::Log() const {
   std::string all;
   for (const char* name : {"coordinator.log", "workers.log"}) {
     std::ifstream in(folder_.path() / name);
-    all += std::string(name) + ":\n" + std::string((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    all +=
+        std::string(name) + ":\n" + std::string((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   }
   return all;
 }

@@ -12,7 +12,8 @@
 
 namespace lodestar {
 
-Process::Process(const std::vector<std::string>& command, const std::filesystem::path& log, const std::vector<std::string>& environment) {
+Process::Process(const std::vector<std::string>& command, const std::filesystem::path& log,
+                 const std::vector<std::string>& environment) {
   std::vector<char*> arguments, variables;
   for (const auto& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
@@ -65,7 +66,8 @@ int Process::Wait(std::chrono::milliseconds limit) {
 
 TemporaryFolder::TemporaryFolder() {
   static std::atomic<int> count{0};
-  path_ = std::filesystem::temp_directory_path() / ("lodestar-test-" + std::to_string(getpid()) + "-" + std::to_string(++count));
+  path_ = std::filesystem::temp_directory_path() /
+          ("lodestar-test-" + std::to_string(getpid()) + "-" + std::to_string(++count));
   std::filesystem::create_directories(path_);
 }
 TemporaryFolder::~TemporaryFolder() {

@@ -14,12 +14,13 @@ class Process {
  public:
   Process() = default;
   // `environment`: "NAME=VALUE" beside this process's own. Standard output and error go to `log`, appended.
-  Process(const std::vector<std::string>& command, const std::filesystem::path& log, const std::vector<std::string>& environment = {});
+  Process(const std::vector<std::string>& command, const std::filesystem::path& log,
+          const std::vector<std::string>& environment = {});
   ~Process();
   Process(Process&& other) noexcept { *this = std::move(other); }
   Process& operator=(Process&& other) noexcept;
 
-  bool running();                        // reaps
+  bool running();  // reaps
   void Signal(int signal);
   void Kill() { Signal(9), (void)Wait(std::chrono::seconds(10)); }
   // Exit code; 128 + N for signal N; -1: still running after the time.
