@@ -33,6 +33,11 @@ struct PathSettings {
 // Dimension pairs of a path: pixel, lens, then four a vertex: (roulette, mix), (lobe or technique, light), direction, position on the light.
 inline constexpr uint32_t kFirstVertexPair = 2, kPairsPerVertex = 4;
 
+// Roulette where the tree knows better than the throughput (docs/decisions/0006-roulette.md): a path's expected contribution is its throughput times
+// the radiance that the tree expects along its new direction, fluence * p_tree. Only a path whose contribution falls below kWindow of what its pixel
+// expects is at stake, after Vorba and Krivanek 2016 (without splitting); the defensive share and the least survival bound what a wrong tree can cost.
+inline constexpr float kWindow = 0.1f, kLeastSurvival = 0.3f, kDefensive = 0.1f;
+
 struct PathVertex {
   Rgb local{};  // radiance that leaves the vertex towards the camera without what arrives along wi: MIS-weighted emission and direct light
   Rgb weight{};  // f cos / pdf of wi
@@ -118,6 +123,8 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
   // What roulette looks at: the throughput this path would have if its directions had come from the BSDFs. A guide draws directions of much light often,
   // so their throughput is small although their contribution is not: roulette on it would undo the guiding. Without a guide it is the throughput.
   Rgb roulette_beta(1);
+  // With a guide: what the pixel may expect of the light reflected by the first vertex that the tree knows, from its fluence and albedo.
+  float expected = 0;
   float previous_pdf = 0;  // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
   Vec3 previous_p;
   if constexpr (kRecording) vertices->clear();
@@ -212,6 +219,10 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
                            .product = Luminance(weight) * pdf, .leaf = technique.leaf, .recorded = smooth && !delta && !ended});
     }
     if (ended) break;
+    if constexpr (kGuided) {
+      if (expected == 0 && technique.bsdf_fraction < 1)
+        expected = Luminance(beta * bsdf.Albedo(wo)) * tree_->leaf(technique.leaf).mean_flux * (0.5f * kInvPi);
+    }
     beta *= weight;
     // Refraction scales radiance by the square of the relative index; survival must not depend on that (as pbrt).
     roulette_beta *= weight * (eta * eta);
@@ -219,7 +230,13 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
     ++depth;
 
     if (depth >= settings_.roulette_start) {
-      const float survival = MaxComponent(roulette_beta);
+      float survival = MaxComponent(roulette_beta);
+      if constexpr (kGuided) {
+        if (expected > 0 && tree_pdf > 0) {
+          const float contribution = Luminance(beta) * tree_->leaf(technique.leaf).mean_flux * Lerp(kDefensive, tree_pdf, kUniformSpherePdf);
+          survival = std::max(contribution / (kWindow * expected), kLeastSurvival);
+        }
+      }
       if (survival < 1) {
         if (!(u_mix.x < survival)) {
           if constexpr (kRecording) vertices->back().roulette = 0;
