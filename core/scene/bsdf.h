@@ -67,7 +67,7 @@ class Bsdf {
   static Bsdf ThinDielectric(float eta);
   // A Lambertian base coupled to the reflection lobe of a dielectric coat (Kelemen and Szirmay-Kalos 2001): reciprocal, linear in the
   // reflectance, and of albedo 1 in every direction where that is 1, for smooth and rough coats alike; 0.9 to 1 for anisotropic ones, whose
-  // coupling is looked up at an isotropic alpha for each direction. See bsdf_coated.cpp and docs/decisions/0006-coats.md.
+  // coupling is looked up at an isotropic alpha for each direction. See bsdf_coated.cpp and docs/decisions/0005-coats.md.
   static Bsdf CoatedDiffuse(Rgb reflectance, float eta, Vec2 alpha);
   // A conductor under a dielectric interface, nothing absorbed between: exact for a flat interface up to the first reflection on the base
   // (and in full where both are flat), approximate beyond. eta, k are relative to vacuum and divided by interface_eta here, as pbrt-v4 does.

@@ -6,7 +6,7 @@
 // light that the lobe leaves the base returns the part rho, distributed so that f is reciprocal. Albedo E(wo) + rho (1 -
 // E(wo)): at rho = 1 everything returns, in every direction and at every roughness. Chosen for energy, reciprocity and
 // cost, and because it is closer to the reference images than a truncated, absorbing layer is
-// (docs/decisions/0006-coats.md). The lobe of a flat coat is exact Fresnel; E in the base's term is tabulated over (mu,
+// (docs/decisions/0005-coats.md). The lobe of a flat coat is exact Fresnel; E in the base's term is tabulated over (mu,
 // alpha). `thickness` and `maxdepth` of pbrt-v4 have no meaning here.
 //
 // Coated conductor. Through a flat interface both directions refract to wo', wi', and with f_b the base's own GGX lobe

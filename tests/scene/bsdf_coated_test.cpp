@@ -1,7 +1,7 @@
 // The coated diffuse base against what its model promises, the coated conductor against a brute-force random walk
 // between the interface and the base, and what the approximations cost.
 //
-// The diffuse base has no such comparison: its coupling is no layer of a physical index (docs/decisions/0006-coats.md),
+// The diffuse base has no such comparison: its coupling is no layer of a physical index (docs/decisions/0005-coats.md),
 // so that the walk, 1 / eta^2 and inter-reflections included, is another model by design.
 #include <gtest/gtest.h>
 
