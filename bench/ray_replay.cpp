@@ -37,8 +37,7 @@ class RecordingScene {
   std::optional<LightSample> SampleLight(Vec3 p, float pick, Vec2 u) const { return scene_.SampleLight(p, pick, u); }
   Rgb Emitted(const SurfaceInteraction& si, Vec3 wo) const { return scene_.Emitted(si, wo); }
   float LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3 wi) const { return scene_.LightPdf(from, si, wi); }
-  Rgb EnvironmentRadiance(Vec3 wi) const { return scene_.EnvironmentRadiance(wi); }
-  float EnvironmentPdf(Vec3 wi) const { return scene_.EnvironmentPdf(wi); }
+  EnvironmentSample Environment(Vec3 wi) const { return scene_.Environment(wi); }
 
  private:
   const Scene& scene_;

@@ -22,7 +22,7 @@ if(LODESTAR_DCHECKS)
   add_compile_definitions(LODESTAR_DCHECKS=1)
 endif()
 if(LODESTAR_SANITIZE)
-  # Line tables (-g1) are all a report needs; they halve the objects and the time to build them.
+  # Line tables (-g1) are all a report needs.
   add_compile_options(-fsanitize=${LODESTAR_SANITIZE} -fno-omit-frame-pointer -O1 -g1)
   add_link_options(-fsanitize=${LODESTAR_SANITIZE})
 endif()

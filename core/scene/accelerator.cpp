@@ -1,7 +1,7 @@
 #include "core/scene/accelerator.h"
 
 #include <embree3/rtcore.h>
-#include <tbb/task_arena.h>
+#include <tbb/global_control.h>
 
 #include <atomic>
 #include <cmath>
@@ -209,9 +209,10 @@ struct Accelerator::Impl {
         Attach(scene, geometry, kFirstInstance + static_cast<uint32_t>(i), quality);
       }
     }
-    // Joined from an arena of one thread, the build runs on this thread alone and in one order.
-    tbb::task_arena arena(1);
-    arena.execute([scene] { rtcJoinCommitScene(scene); });
+    // Embree builds in an arena of its own. While all of TBB is held to one thread the build has one order on every machine, so ties between
+    // coplanar primitives fall the same way; renders of this process go on with the threads that they have.
+    const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+    rtcJoinCommitScene(scene);
     return scene;
   }
 

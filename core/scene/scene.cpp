@@ -55,8 +55,6 @@ std::optional<LightSample> Scene::SampleLight(Vec3 p, float u_pick, Vec2 u) cons
 Rgb Scene::Emitted(const SurfaceInteraction& si, Vec3 wo_world) const { return si.light < 0 ? Rgb() : impl_->lights.Emitted(si.light, si.ng, wo_world); }
 float Scene::LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3) const { return si.light < 0 ? 0 : impl_->lights.Pdf(from, si); }
 EnvironmentSample Scene::Environment(Vec3 wi) const { return impl_->lights.Environment(wi); }
-Rgb Scene::EnvironmentRadiance(Vec3 wi) const { return impl_->lights.Environment(wi).radiance; }
-float Scene::EnvironmentPdf(Vec3 wi) const { return impl_->lights.Environment(wi).pdf; }
 
 SurfaceInteraction Scene::Interaction(const Ray& ray, const Hit& hit) const { return Interact(*impl_, ray, hit); }
 

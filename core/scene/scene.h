@@ -58,8 +58,6 @@ class Scene {
   float LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3 wi) const;
   // Of a ray that left the scene; both at once cost little more than one.
   EnvironmentSample Environment(Vec3 wi) const;
-  Rgb EnvironmentRadiance(Vec3 wi) const;
-  float EnvironmentPdf(Vec3 wi) const;
 
   const Camera& camera() const { return *camera_; }
   const Bounds3& bounds() const { return bounds_; }  // of all finite geometry

@@ -135,8 +135,9 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
     Hit hit;
     if (!scene_.Intersect(ray, &hit)) {
       if constexpr ((kFeatures & kEnvironment) != 0) {
-        Rgb emitted = scene_.EnvironmentRadiance(ray.direction);
-        if (previous_pdf > 0 && settings_.next_event) emitted *= previous_pdf / (previous_pdf + scene_.EnvironmentPdf(ray.direction));
+        const EnvironmentSample environment = scene_.Environment(ray.direction);
+        Rgb emitted = environment.radiance;
+        if (previous_pdf > 0 && settings_.next_event) emitted *= previous_pdf / (previous_pdf + environment.pdf);
         radiance += beta * emitted;
         if constexpr (kRecording) vertices->push_back({.local = emitted, .weight = Rgb(0)});
       }

@@ -334,12 +334,12 @@ TEST(EnvironmentLight, ConstantIrradiance) {
   b.AddLight(InfiniteLight{Rgb(2), ""});
   const auto scene = b.Compile();
   ExpectIrradiance(*scene, {0, 0, 0}, {0, 0, 1}, 2 * double(kPi));
-  EXPECT_EQ(scene->EnvironmentPdf({0, 1, 0}), kUniformSpherePdf);
+  EXPECT_EQ(scene->Environment({0, 1, 0}).pdf, kUniformSpherePdf);
   // Two of them are one strategy.
   b.AddLight(InfiniteLight{Rgb(3), ""});
   const auto both = b.Compile();
-  EXPECT_EQ(both->EnvironmentRadiance({0, 1, 0}).g, 5);
-  EXPECT_NEAR(both->EnvironmentPdf({0, 1, 0}), kUniformSpherePdf, 1e-8);
+  EXPECT_EQ(both->Environment({0, 1, 0}).radiance.g, 5);
+  EXPECT_NEAR(both->Environment({0, 1, 0}).pdf, kUniformSpherePdf, 1e-8);
   ExpectIrradiance(*both, {0, 0, 0}, {0, 0, 1}, 5 * double(kPi));
 }
 
