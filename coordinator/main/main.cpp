@@ -9,6 +9,7 @@
 #include "coordinator/service/server.h"
 #include "core/base/error.h"
 #include "core/base/log.h"
+#include "core/base/signals.h"
 
 namespace {
 
@@ -70,12 +71,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
 
-  // Signals are taken here alone, so every thread started below must have them blocked.
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const sigset_t signals = lodestar::BlockTerminationSignals();
 
   lodestar::InitLog("coordinator");
   try {
