@@ -1,0 +1,150 @@
+#include "core/guiding/reconstruction.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/guiding/synthetic.h"
+
+namespace lodestar {
+namespace {
+
+using directional::CellMasses;
+
+// The document's algorithm as it is told, without any of its or our shortcuts: flat arrays, a two-dimensional kernel,
+// every layer expanded to the finest. Returns the matrix that is rebuilt, row by row.
+std::vector<double> NaiveDense(const CellMasses& masses, int tree_depth, double sigma) {
+  const auto mass_below = [&](auto& self, uint32_t slot) -> double {
+    const uint32_t child = masses.nodes[slot / 4].child[slot % 4];
+    if (child == 0) return masses.total[slot];
+    double sum = 0;
+    for (uint32_t c = 0; c < 4; ++c) sum += self(self, child * 4 + c);
+    return sum;
+  };
+  const auto levels_below = [&](auto& self, uint32_t slot) -> int {
+    const uint32_t child = masses.nodes[slot / 4].child[slot % 4];
+    if (child == 0) return 0;
+    int deepest = 0;
+    for (uint32_t c = 0; c < 4; ++c) deepest = std::max(deepest, 1 + self(self, child * 4 + c));
+    return deepest;
+  };
+  const int n = 1 << tree_depth;
+  std::vector<double> result(size_t(n) * n, 0.0);
+  for (int layer = 6; layer <= tree_depth; ++layer) {
+    const int size = 1 << layer;
+    std::vector<double> flat(size_t(size) * size), blurred(flat.size(), 0.0);
+    for (int y = 0; y < size; ++y) {
+      for (int x = 0; x < size; ++x) {
+        uint32_t node = 0, slot = 0;
+        int depth = 0;
+        for (;;) {
+          ++depth;
+          slot = node * 4 + ((x >> (layer - depth)) & 1) + 2 * ((y >> (layer - depth)) & 1);
+          node = masses.nodes[slot / 4].child[slot % 4];
+          if (node == 0 || depth == layer) break;
+        }
+        flat[size_t(y) * size + x] = mass_below(mass_below, slot) * std::pow(0.25, layer - depth) *
+                                     std::pow(0.25, levels_below(levels_below, slot));
+      }
+    }
+    double norm = 0;
+    for (int i = -3; i <= 3; ++i)
+      for (int j = -3; j <= 3; ++j) norm += std::exp(-(i * i + j * j) / (2 * sigma * sigma));
+    for (int y = 0; y < size; ++y) {
+      for (int x = 0; x < size; ++x) {
+        for (int i = -3; i <= 3; ++i) {
+          for (int j = -3; j <= 3; ++j) {
+            if (y + i < 0 || y + i >= size || x + j < 0 || x + j >= size) continue;
+            blurred[size_t(y) * size + x] +=
+                flat[size_t(y + i) * size + x + j] * std::exp(-(i * i + j * j) / (2 * sigma * sigma)) / norm;
+          }
+        }
+      }
+    }
+    const int expand = tree_depth - layer;
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) {
+        double& to = result[size_t(y) * n + x];
+        to = std::max(to, blurred[size_t(y >> expand) * size + (x >> expand)] * std::pow(0.25, expand));
+      }
+    }
+  }
+  return result;
+}
+
+// Trees as a renderer's would be after `rounds` of `count` records with heavy-tailed weights.
+struct Trained {
+  directional::Tree tree;
+  CellMasses masses;
+};
+Trained TrainLobes(int rounds, int count, int max_depth, uint64_t seed = 3) {
+  Trained t;
+  t.tree = {{DirectionalNode{}}, 1};
+  uint64_t rng = seed;
+  for (int round = 0; round < rounds; ++round) {
+    if (round > 0)
+      t.tree = directional::Rebuild(t.tree.nodes.data(), t.masses.node_count, t.masses.total, 0.01, max_depth);
+    t.masses = {t.tree.nodes.data(), static_cast<uint32_t>(t.tree.nodes.size()), {}, {}};
+    t.masses.total.assign(t.tree.nodes.size() * 4, 0.0);
+    t.masses.halves.fill(t.masses.total);
+    for (int i = 0; i < count; ++i) {
+      Vec3 w = SquareToSphere(synthetic::Unit2(rng));
+      if (i % 2) w = CylindricalToDirection(directional::Sample(t.tree.nodes.data(), synthetic::Unit2(rng)).square);
+      const directional::Cell cell = directional::Locate(t.tree.nodes.data(), DirectionToCylindrical(w));
+      const double value =
+          synthetic::MovingLobes({0.3f, 0.6f, 0.2f}, w) / (0.5 * kUniformSpherePdf + 0.5 * cell.density);
+      t.masses.total[cell.slot] += value;
+      t.masses.halves[(i >> 1) & 1][cell.slot] += value;
+    }
+  }
+  return t;
+}
+
+TEST(DenseReconstruction, FollowsTheDocument) {
+  for (const int max_depth : {6, 7, 8}) {
+    const Trained t = TrainLobes(5, 4000, max_depth);
+    ASSERT_EQ(t.tree.depth, max_depth);
+    const std::vector<double> expected = NaiveDense(t.masses, t.tree.depth, 0.7);
+    double total = 0;
+    for (double e : expected) total += e;
+    const directional::Tree tree = directional::ReconstructDense(t.masses, {.sigma = 0.7f}, 0.002, 20);
+    // Every cell of the result holds the sum of the elements it covers (or its part of one), up to the integers of its
+    // nodes.
+    const int n = 1 << t.tree.depth;
+    const auto cell_at = [&](int x, int y) {
+      return directional::Locate(tree.nodes.data(), uint32_t(x) << (24 - t.tree.depth),
+                                 uint32_t(y) << (24 - t.tree.depth));
+    };
+    std::vector<double> mass(tree.nodes.size() * 4, 0.0);
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) mass[cell_at(x, y).slot] += expected[size_t(y) * n + x] / total;
+    }
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) {
+        const auto cell = cell_at(x, y);
+        const double p = cell.density / kUniformSpherePdf * std::pow(0.25, std::min(cell.depth, t.tree.depth));
+        ASSERT_NEAR(p, mass[cell.slot], 0.02 * mass[cell.slot] + 3e-5);
+      }
+    }
+  }
+}
+
+TEST(DenseReconstruction, KeepsToTheWorkload) {
+  // Elements of a tree of depth 6, 7, 8: 4096, 20480, 86016.
+  const std::vector<int> depths = {8, 5, 11, 6, 10, 7, 12, 6};
+  const std::vector<uint8_t> all = {1, 0, 0, 1, 1, 1, 0, 1};
+  EXPECT_EQ(directional::WithinWorkload(depths, 0), all);
+  // A thousand trees of depth 8 are 8.6e7 elements: 174 fit at first, all from the third iteration on.
+  std::vector<int> many(1000, 8);
+  many.push_back(6);
+  const auto taken = [&](int iteration) {
+    const auto w = directional::WithinWorkload(many, iteration);
+    EXPECT_EQ(w.back(), 1);
+    return std::count(w.begin(), w.end(), 1);
+  };
+  EXPECT_EQ(taken(0), 1 + static_cast<int>((1.5e7 - 4096) / 86016));
+  EXPECT_EQ(taken(3), 1001);
+}
+
+}  // namespace
+}  // namespace lodestar
