@@ -1,5 +1,5 @@
-// How much of a render is Embree? Traces a scene's paths on one thread, then traces exactly the same rays again with nothing around them, and prints
-// the ratio, medians of interleaved repetitions.
+// How much of a render is Embree? Traces a scene's paths on one thread, then traces exactly the same rays again with
+// nothing around them, and prints the ratio, medians of interleaved repetitions.
 //
 //   build/release/bin/ray_replay SCENE.pbrt [WIDTH HEIGHT PASSES REPETITIONS]
 #include <algorithm>
@@ -59,7 +59,9 @@ double TraceAll(const SceneT& view, const Scene& scene, int passes, PathCounters
         for (int pass = 0; pass < passes; ++pass) {
           Sampler sampler(1, x, y, static_cast<uint32_t>(pass));
           const Vec2 u = sampler.Next2D();
-          sum += Luminance(kernel.Trace(scene.camera().Generate({static_cast<float>(x) + u.x, static_cast<float>(y) + u.y}, {}), sampler, counters, nullptr));
+          sum += Luminance(
+              kernel.Trace(scene.camera().Generate({static_cast<float>(x) + u.x, static_cast<float>(y) + u.y}, {}),
+                           sampler, counters, nullptr));
         }
   }
   return sum;
@@ -97,17 +99,21 @@ int Run(int argc, char** argv) {
     render.push_back(seconds([&] { sum += TraceAll(*scene, *scene, passes, &ignored); }));
     replay.push_back(seconds([&] {
       Hit hit;
-      for (const LoggedRay& logged : log) hits += logged.shadow ? scene->Unoccluded(logged.ray) : scene->Intersect(logged.ray, &hit);
+      for (const LoggedRay& logged : log)
+        hits += logged.shadow ? scene->Unoccluded(logged.ray) : scene->Intersect(logged.ray, &hit);
     }));
     ratio.push_back(render.back() / replay.back());
   }
   const double seconds_render = Median(render);
-  std::printf("%s %ux%u, %d passes, %zu rays, %llu vertices (checks %g, %llu)\n", argv[1], job.resolution_x, job.resolution_y, passes, log.size(),
-              static_cast<unsigned long long>(counters.vertices), sum, static_cast<unsigned long long>(hits));
-  std::printf("render %.3f s, rays alone %.3f s, ratio %.2f (%.2f .. %.2f)\n", seconds_render, Median(replay), Median(ratio),
-              *std::min_element(ratio.begin(), ratio.end()), *std::max_element(ratio.begin(), ratio.end()));
+  std::printf("%s %ux%u, %d passes, %zu rays, %llu vertices (checks %g, %llu)\n", argv[1], job.resolution_x,
+              job.resolution_y, passes, log.size(), static_cast<unsigned long long>(counters.vertices), sum,
+              static_cast<unsigned long long>(hits));
+  std::printf("render %.3f s, rays alone %.3f s, ratio %.2f (%.2f .. %.2f)\n", seconds_render, Median(replay),
+              Median(ratio), *std::min_element(ratio.begin(), ratio.end()),
+              *std::max_element(ratio.begin(), ratio.end()));
   std::printf("%.2f million vertices/s, %.2f million rays/s, %.3f million camera paths/s, one core\n",
-              static_cast<double>(counters.vertices) / seconds_render * 1e-6, static_cast<double>(log.size()) / seconds_render * 1e-6,
+              static_cast<double>(counters.vertices) / seconds_render * 1e-6,
+              static_cast<double>(log.size()) / seconds_render * 1e-6,
               static_cast<double>(counters.paths) / seconds_render * 1e-6);
   return 0;
 }

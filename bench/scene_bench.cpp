@@ -31,7 +31,8 @@ const Recording& Record() {
     for (uint32_t i = 0; r.rays.size() < 200000; ++i) {
       Sampler sampler(1, i, 0, 0);
       const Vec2 film = sampler.Next2D();
-      const CameraRay camera = scene.camera().Generate({film.x * float(scene.resolution_x()), film.y * float(scene.resolution_y())}, {0.5f, 0.5f});
+      const CameraRay camera = scene.camera().Generate(
+          {film.x * float(scene.resolution_x()), film.y * float(scene.resolution_y())}, {0.5f, 0.5f});
       Ray ray{camera.origin, camera.direction, kInfinity};
       for (int depth = 0; depth < 8; ++depth) {
         r.rays.push_back(ray);
@@ -95,7 +96,8 @@ void BM_SampleLight(benchmark::State& state) {
   const Recording& r = Record();
   Run(state, r.surfaces.size(), [&](size_t i) {
     const uint64_t bits = Mix64(i);
-    return r.scene->SampleLight(r.surfaces[i].p, Sampler::ToUnit(uint32_t(bits)), {Sampler::ToUnit(uint32_t(bits >> 32)), Sampler::ToUnit(uint32_t(bits >> 20))});
+    return r.scene->SampleLight(r.surfaces[i].p, Sampler::ToUnit(uint32_t(bits)),
+                                {Sampler::ToUnit(uint32_t(bits >> 32)), Sampler::ToUnit(uint32_t(bits >> 20))});
   });
 }
 void BM_Environment(benchmark::State& state) {

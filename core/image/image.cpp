@@ -12,18 +12,24 @@
 
 namespace lodestar {
 
-float SrgbToLinear(float v) { return v <= 0.04045f ? v / 12.92f : Pow((v + 0.055f) / 1.055f, 2.4f); }
-float LinearToSrgb(float v) { return v <= 0.0031308f ? v * 12.92f : 1.055f * Pow(v, 1 / 2.4f) - 0.055f; }
+float SrgbToLinear(float v) {
+  return v <= 0.04045f ? v / 12.92f : Pow((v + 0.055f) / 1.055f, 2.4f);
+}
+float LinearToSrgb(float v) {
+  return v <= 0.0031308f ? v * 12.92f : 1.055f * Pow(v, 1 / 2.4f) - 0.055f;
+}
 
 std::unique_ptr<OIIO::ImageInput> OpenImage(const std::string& path, RawImage* info) {
   if (!std::filesystem::is_regular_file(path))
-    throw Error(ErrorKind::kNotFound, "image file '" + path + "' does not exist; names are relative to the scene file's folder");
+    throw Error(ErrorKind::kNotFound,
+                "image file '" + path + "' does not exist; names are relative to the scene file's folder");
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);
   auto input = OIIO::ImageInput::open(path, &config);
   if (!input) throw Error(ErrorKind::kCorrupt, "cannot read image '" + path + "': " + OIIO::geterror());
   const OIIO::ImageSpec& spec = input->spec();
-  if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1 || spec.nchannels < 1 || int64_t{spec.width} * spec.height > (int64_t{1} << 30))
+  if (spec.width <= 0 || spec.height <= 0 || spec.depth > 1 || spec.nchannels < 1 ||
+      int64_t{spec.width} * spec.height > (int64_t{1} << 30))
     throw Error(ErrorKind::kCorrupt, "image '" + path + "' has an unusable size or no channels");
   info->width = spec.width;
   info->height = spec.height;
@@ -70,7 +76,8 @@ void WriteThenRename(const std::string& path, const OIIO::ImageSpec& spec, Write
   const auto fail = [&](const std::string& why) {
     std::error_code ignored;
     std::filesystem::remove(partial, ignored);
-    throw Error(ErrorKind::kIo, "cannot write image '" + path + "': " + why + "; is the folder there and writable, and the disk not full?");
+    throw Error(ErrorKind::kIo, "cannot write image '" + path + "': " + why +
+                                    "; is the folder there and writable, and the disk not full?");
   };
   auto output = OIIO::ImageOutput::create(partial);
   if (!output) fail(OIIO::geterror());
@@ -84,7 +91,8 @@ void WriteThenRename(const std::string& path, const OIIO::ImageSpec& spec, Write
 
 }  // namespace
 
-void WriteExr(const std::string& path, int width, int height, const std::vector<ImageChannel>& channels, const ExrOptions& options) {
+void WriteExr(const std::string& path, int width, int height, const std::vector<ImageChannel>& channels,
+              const ExrOptions& options) {
   const int n = static_cast<int>(channels.size());
   OIIO::ImageSpec spec(width, height, n, options.half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
   spec.channelnames.clear();
@@ -95,7 +103,8 @@ void WriteExr(const std::string& path, int width, int height, const std::vector<
   std::vector<float> pixels(size_t(width) * height * n);
   for (int c = 0; c < n; ++c)
     for (size_t i = 0; i < size_t(width) * height; ++i) pixels[i * n + c] = channels[c].values[i * channels[c].stride];
-  WriteThenRename(path, spec, [&](OIIO::ImageOutput& out) { return out.write_image(OIIO::TypeDesc::FLOAT, pixels.data()); });
+  WriteThenRename(path, spec,
+                  [&](OIIO::ImageOutput& out) { return out.write_image(OIIO::TypeDesc::FLOAT, pixels.data()); });
 }
 
 void WriteExr(const std::string& path, const FloatImage& image, const ExrOptions& options) {
@@ -110,7 +119,8 @@ std::vector<uint8_t> ToSrgb8(const FloatImage& image, float exposure) {
   for (const Rgb& p : image.pixels)
     for (int c = 0; c < 3; ++c) {
       const float v = p[c] * scale;  // NaN compares false and turns black
-      bytes.push_back(v > 0 ? static_cast<uint8_t>(std::min(LinearToSrgb(std::min(v, 1.0f)), 1.0f) * 255 + 0.5f) : uint8_t{0});
+      bytes.push_back(v > 0 ? static_cast<uint8_t>(std::min(LinearToSrgb(std::min(v, 1.0f)), 1.0f) * 255 + 0.5f)
+                            : uint8_t{0});
     }
   return bytes;
 }
@@ -119,7 +129,8 @@ void WritePng(const std::string& path, const FloatImage& image, float exposure) 
   OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
   const auto bytes = ToSrgb8(image, exposure);
-  WriteThenRename(path, spec, [&](OIIO::ImageOutput& out) { return out.write_image(OIIO::TypeDesc::UINT8, bytes.data()); });
+  WriteThenRename(path, spec,
+                  [&](OIIO::ImageOutput& out) { return out.write_image(OIIO::TypeDesc::UINT8, bytes.data()); });
 }
 
 }  // namespace lodestar

@@ -17,8 +17,9 @@ struct FloatImage {
   Rgb At(int x, int y) const { return pixels[size_t(y) * width + x]; }
 };
 
-// Linear RGB. 8- and 16-bit files are taken for sRGB and linearised, float files for linear; a single channel is copied to all three, alpha is left out.
-// Throws Error(kNotFound) for a missing and Error(kCorrupt) for an unreadable file, naming it.
+// Linear RGB. 8- and 16-bit files are taken for sRGB and linearised, float files for linear; a single channel is copied
+// to all three, alpha is left out. Throws Error(kNotFound) for a missing and Error(kCorrupt) for an unreadable file,
+// naming it.
 FloatImage ReadImage(const std::string& path);
 
 // One named channel of an EXR: width * height values at `stride` floats from each other.
@@ -32,7 +33,8 @@ struct ExrOptions {
   std::map<std::string, std::string> metadata;
 };
 // Writes beside the name first and renames: a reader never sees half a file. Throws Error(kIo).
-void WriteExr(const std::string& path, int width, int height, const std::vector<ImageChannel>& channels, const ExrOptions& options = {});
+void WriteExr(const std::string& path, int width, int height, const std::vector<ImageChannel>& channels,
+              const ExrOptions& options = {});
 void WriteExr(const std::string& path, const FloatImage& image, const ExrOptions& options = {});
 
 // 8-bit sRGB PNG of the image times 2^exposure; values above 1 clip.

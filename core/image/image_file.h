@@ -10,8 +10,8 @@ namespace lodestar {
 
 struct RawImage {
   int width = 0, height = 0, channels = 0;
-  bool integer = false;             // 8 or 16 bit, hence encoded
-  bool has_alpha = false;           // channel 3 (or 1 of 2)
+  bool integer = false;    // 8 or 16 bit, hence encoded
+  bool has_alpha = false;  // channel 3 (or 1 of 2)
   OIIO::TypeDesc stored;
 };
 

@@ -10,9 +10,12 @@ namespace {
 
 float Decode(float encoded, TexelImage::Encoding encoding, float gamma) {
   switch (encoding) {
-    case TexelImage::Encoding::kSrgb: return SrgbToLinear(encoded);
-    case TexelImage::Encoding::kLinear: return encoded;
-    case TexelImage::Encoding::kGamma: return Pow(encoded, gamma);
+    case TexelImage::Encoding::kSrgb:
+      return SrgbToLinear(encoded);
+    case TexelImage::Encoding::kLinear:
+      return encoded;
+    case TexelImage::Encoding::kGamma:
+      return Pow(encoded, gamma);
   }
   return encoded;
 }
@@ -48,7 +51,8 @@ std::unique_ptr<TexelImage> TexelImage::Load(const std::string& path, Encoding e
     std::vector<float> values;
     values.reserve(size_t(info.width) * info.height * keep);
     for (size_t i = 0; i < raw.size(); i += info.channels)
-      for (int c = 0; c < keep; ++c) values.push_back(info.integer && c < 3 ? Decode(raw[i + c], encoding, gamma) : raw[i + c]);
+      for (int c = 0; c < keep; ++c)
+        values.push_back(info.integer && c < 3 ? Decode(raw[i + c], encoding, gamma) : raw[i + c]);
     return FromFloats(info.width, info.height, keep, std::move(values));
   }
   const auto raw = ReadPixels<uint8_t>(*input, info, path);
@@ -71,7 +75,8 @@ std::unique_ptr<TexelImage> TexelImage::Load(const std::string& path, Encoding e
 }
 
 std::unique_ptr<TexelImage> TexelImage::FromFloats(int width, int height, int channels, std::vector<float> values) {
-  LODESTAR_CHECK((channels == 1 || channels == 3 || channels == 4) && values.size() == size_t(width) * height * channels);
+  LODESTAR_CHECK((channels == 1 || channels == 3 || channels == 4) &&
+                 values.size() == size_t(width) * height * channels);
   auto image = std::make_unique<TexelImage>();
   image->width_ = width;
   image->height_ = height;
@@ -117,8 +122,10 @@ auto TexelImage::Filter(Vec2 st, Wrap wrap, bool nearest, Read read) const {
   const int x = static_cast<int>(x_floor), y = static_cast<int>(y_floor);
   const float dx = fx - x_floor, dy = fy - y_floor;
   if (x >= 0 && y >= 0 && x + 1 < width_ && y + 1 < height_)
-    return (read(x, y) * (1 - dx) + read(x + 1, y) * dx) * (1 - dy) + (read(x, y + 1) * (1 - dx) + read(x + 1, y + 1) * dx) * dy;
-  return (texel(x, y) * (1 - dx) + texel(x + 1, y) * dx) * (1 - dy) + (texel(x, y + 1) * (1 - dx) + texel(x + 1, y + 1) * dx) * dy;
+    return (read(x, y) * (1 - dx) + read(x + 1, y) * dx) * (1 - dy) +
+           (read(x, y + 1) * (1 - dx) + read(x + 1, y + 1) * dx) * dy;
+  return (texel(x, y) * (1 - dx) + texel(x + 1, y) * dx) * (1 - dy) +
+         (texel(x, y + 1) * (1 - dx) + texel(x + 1, y + 1) * dx) * dy;
 }
 
 Rgb TexelImage::LookupRgb(Vec2 st, Wrap wrap, bool nearest) const {

@@ -1,5 +1,6 @@
-// An image texture in memory, made for lookups on every path vertex: 8-bit files stay 8-bit (a table linearises on the way out), others become floats;
-// 8-bit texels lie in tiles of 4 x 4, one cache line each. Bilinear, base level only (docs/decisions/0004-textures.md says why).
+// An image texture in memory, made for lookups on every path vertex: 8-bit files stay 8-bit (a table linearises on the
+// way out), others become floats; 8-bit texels lie in tiles of 4 x 4, one cache line each. Bilinear, base level only
+// (docs/decisions/0004-textures.md says why).
 #pragma once
 
 #include <array>
@@ -40,14 +41,16 @@ class TexelImage {
   };
   template <class Read>
   auto Filter(Vec2 st, Wrap wrap, bool nearest, Read read) const;
-  uint32_t Packed(int x, int y) const { return bytes_[(size_t(y >> 2) * tiles_x_ + (x >> 2)) * 16 + ((y & 3) << 2 | (x & 3))]; }
+  uint32_t Packed(int x, int y) const {
+    return bytes_[(size_t(y >> 2) * tiles_x_ + (x >> 2)) * 16 + ((y & 3) << 2 | (x & 3))];
+  }
   Rgb ReadRgb(int x, int y) const;
   float ReadFloat(int x, int y) const;
 
   int width_ = 0, height_ = 0, tiles_x_ = 0;
-  int channels_ = 3;               // 1, 3 or 4 (4 only where some alpha is not one)
-  std::vector<uint32_t> bytes_;    // r | g << 8 | b << 16 | a << 24, tiled; empty for float images
-  std::vector<float> floats_;      // row by row
+  int channels_ = 3;             // 1, 3 or 4 (4 only where some alpha is not one)
+  std::vector<uint32_t> bytes_;  // r | g << 8 | b << 16 | a << 24, tiled; empty for float images
+  std::vector<float> floats_;    // row by row
   std::array<float, 256> decode_{};
 };
 

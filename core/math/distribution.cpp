@@ -113,7 +113,8 @@ PiecewiseConstant2D::Sampled PiecewiseConstant2D::Sample(Vec2 u) const {
 
 float PiecewiseConstant2D::Pdf(Vec2 p) const {
   const auto w = static_cast<float>(width_), h = static_cast<float>(height_);
-  return PdfOfCell(static_cast<uint32_t>(std::clamp(p.x * w, 0.0f, w - 1)), static_cast<uint32_t>(std::clamp(p.y * h, 0.0f, h - 1)));
+  return PdfOfCell(static_cast<uint32_t>(std::clamp(p.x * w, 0.0f, w - 1)),
+                   static_cast<uint32_t>(std::clamp(p.y * h, 0.0f, h - 1)));
 }
 
 }  // namespace lodestar

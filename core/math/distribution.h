@@ -1,4 +1,5 @@
-// Discrete and piecewise-constant distributions, built once in double precision and sampled by one or two uniform numbers.
+// Discrete and piecewise-constant distributions, built once in double precision and sampled by one or two uniform
+// numbers.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,8 @@
 
 namespace lodestar {
 
-// Walker's alias method (Vose 1991): constant-time choice among n weights. Weights must be finite and >= 0 with a positive sum (checked).
+// Walker's alias method (Vose 1991): constant-time choice among n weights. Weights must be finite and >= 0 with a
+// positive sum (checked).
 class AliasTable {
  public:
   AliasTable() = default;

@@ -1,6 +1,7 @@
-// Elementary functions whose results do not depend on the machine: libm picks a variant by CPU at run time, which would break the
-// bit-identity of images between workers. Only +, -, *, /, sqrt and explicit fma are used. Polynomials are the single-precision
-// minimax approximations of Cephes (Moshier 1992). Measured errors are in tests/math/elementary_test.cpp.
+// Elementary functions whose results do not depend on the machine: libm picks a variant by CPU at run time, which would
+// break the bit-identity of images between workers. Only +, -, *, /, sqrt and explicit fma are used. Polynomials are
+// the single-precision minimax approximations of Cephes (Moshier 1992). Measured errors are in
+// tests/math/elementary_test.cpp.
 #pragma once
 
 #include <bit>
@@ -24,7 +25,8 @@ inline SinCosResult SinCos(float x) {
   // Cody-Waite reduction by pi/4 in three parts.
   float z = ((ax - y * 0.78515625f) - y * 2.4187564849853515625e-4f) - y * 3.77489497744594108e-8f;
   const float zz = z * z;
-  const float c = ((2.443315711809948e-5f * zz - 1.388731625493765e-3f) * zz + 4.166664568298827e-2f) * zz * zz - 0.5f * zz + 1;
+  const float c =
+      ((2.443315711809948e-5f * zz - 1.388731625493765e-3f) * zz + 4.166664568298827e-2f) * zz * zz - 0.5f * zz + 1;
   const float s = ((-1.9515295891e-4f * zz + 8.3321608736e-3f) * zz - 1.6666654611e-1f) * zz * z + z;
   const int32_t q = (j >> 1) & 3;
   const float sin_abs = (q & 1) ? c : s;
@@ -41,8 +43,12 @@ inline float Exp(float x) {
   if (x > 88.7f) return kInfinity;
   const float k = std::floor(x * 1.44269504088896341f + 0.5f);
   const float r = (x - k * 0.693359375f) + k * 2.12194440e-4f;
-  const float p = (((((1.9875691500e-4f * r + 1.3981999507e-3f) * r + 8.3334519073e-3f) * r + 4.1665795894e-2f) * r + 1.6666665459e-1f) * r +
-                   5.0000001201e-1f) * r * r + r + 1;
+  const float p = (((((1.9875691500e-4f * r + 1.3981999507e-3f) * r + 8.3334519073e-3f) * r + 4.1665795894e-2f) * r +
+                    1.6666665459e-1f) *
+                       r +
+                   5.0000001201e-1f) *
+                      r * r +
+                  r + 1;
   const int32_t e = static_cast<int32_t>(k);
   // Two factors, so that the ends of the exponent range do not overflow on the way.
   const float half = std::bit_cast<float>(static_cast<uint32_t>((e / 2) + 127) << 23);
@@ -65,8 +71,17 @@ inline float Log(float x) {
     m = m - 1;
   }
   const float z = m * m;
-  float y = ((((((((7.0376836292e-2f * m - 1.1514610310e-1f) * m + 1.1676998740e-1f) * m - 1.2420140846e-1f) * m + 1.4249322787e-1f) * m -
-                1.6668057665e-1f) * m + 2.0000714765e-1f) * m - 2.4999993993e-1f) * m + 3.3333331174e-1f) * m * z;
+  float y = ((((((((7.0376836292e-2f * m - 1.1514610310e-1f) * m + 1.1676998740e-1f) * m - 1.2420140846e-1f) * m +
+                 1.4249322787e-1f) *
+                    m -
+                1.6668057665e-1f) *
+                   m +
+               2.0000714765e-1f) *
+                  m -
+              2.4999993993e-1f) *
+                 m +
+             3.3333331174e-1f) *
+            m * z;
   const float fe = static_cast<float>(e);
   y += -2.12194440e-4f * fe - 0.5f * z;
   return m + y + 0.693359375f * fe;
@@ -91,7 +106,9 @@ inline float Atan2(float y, float x) {
     base = kPi / 4;
   }
   const float z = t * t;
-  float a = base + ((((8.05374449538e-2f * z - 1.38776856032e-1f) * z + 1.99777106478e-1f) * z - 3.33329491539e-1f) * z * t + t);
+  float a =
+      base +
+      ((((8.05374449538e-2f * z - 1.38776856032e-1f) * z + 1.99777106478e-1f) * z - 3.33329491539e-1f) * z * t + t);
   if (ay > ax) a = kPi / 2 - a;
   if (std::signbit(x)) a = kPi - a;
   return std::copysign(a, y);
@@ -110,6 +127,8 @@ inline float Tan(float x) {
   const auto [sin, cos] = SinCos(x);
   return sin / cos;
 }
-inline float Radians(float degrees) { return degrees * (kPi / 180); }
+inline float Radians(float degrees) {
+  return degrees * (kPi / 180);
+}
 
 }  // namespace lodestar

@@ -47,7 +47,8 @@ class ExactSum {
     const bool carry = __builtin_add_overflow(lo_, other.lo_, &lo);
     const uint64_t hi = static_cast<uint64_t>(hi_) + static_cast<uint64_t>(other.hi_) + carry;
     constexpr uint64_t kInside = (uint64_t{1} << 62) - 1;
-    if (hi + kInside > 2 * kInside) [[unlikely]] return AddUnits(other.Units());
+    if (hi + kInside > 2 * kInside) [[unlikely]]
+      return AddUnits(other.Units());
     lo_ = lo;
     hi_ = static_cast<int64_t>(hi);
   }

@@ -27,11 +27,21 @@ struct Rgb {
 };
 
 // Rec. 709 luminance, the `lum` of docs/algorithms.
-inline float Luminance(Rgb c) { return 0.212671f * c.r + 0.715160f * c.g + 0.072169f * c.b; }
-inline float MaxComponent(Rgb c) { return std::max(c.r, std::max(c.g, c.b)); }
-inline float MinComponent(Rgb c) { return std::min(c.r, std::min(c.g, c.b)); }
-inline bool IsBlack(Rgb c) { return c.r == 0 && c.g == 0 && c.b == 0; }
-inline bool IsFinite(Rgb c) { return std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b); }
+inline float Luminance(Rgb c) {
+  return 0.212671f * c.r + 0.715160f * c.g + 0.072169f * c.b;
+}
+inline float MaxComponent(Rgb c) {
+  return std::max(c.r, std::max(c.g, c.b));
+}
+inline float MinComponent(Rgb c) {
+  return std::min(c.r, std::min(c.g, c.b));
+}
+inline bool IsBlack(Rgb c) {
+  return c.r == 0 && c.g == 0 && c.b == 0;
+}
+inline bool IsFinite(Rgb c) {
+  return std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b);
+}
 inline Rgb Clamp(Rgb c, float low, float high) {
   return {std::clamp(c.r, low, high), std::clamp(c.g, low, high), std::clamp(c.b, low, high)};
 }

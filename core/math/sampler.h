@@ -1,9 +1,11 @@
-// Random numbers of one pixel sample: a pure function of (job seed, pixel, pass, dimension), never of thread, worker, time or order.
+// Random numbers of one pixel sample: a pure function of (job seed, pixel, pass, dimension), never of thread, worker,
+// time or order.
 //
-// The first kSobolPairs pairs of dimensions are the first two Sobol' dimensions, Owen-scrambled and shuffled by hashing (Burley 2020,
-// "Practical Hash-based Owen Scrambling"), stratified over blocks of kBlockPasses passes; each block is scrambled on its own, so blocks are
-// independent and a variance from per-sample moments is at worst too large. Later dimensions gain nothing from stratification at the
-// counts that are affordable there and are plain hashes, which cost a quarter.
+// The first kSobolPairs pairs of dimensions are the first two Sobol' dimensions, Owen-scrambled and shuffled by hashing
+// (Burley 2020, "Practical Hash-based Owen Scrambling"), stratified over blocks of kBlockPasses passes; each block is
+// scrambled on its own, so blocks are independent and a variance from per-sample moments is at worst too large. Later
+// dimensions gain nothing from stratification at the counts that are affordable there and are plain hashes, which cost
+// a quarter.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +21,13 @@ class Sampler {
   static constexpr uint32_t kSobolPairs = 6;
 
   Sampler(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y, uint32_t pass)
-      : block_key_(MixCombine(seed, (uint64_t{pixel_y} << 32) | pixel_x) + (pass / kBlockPasses) * 0xd1342543de82ef95ULL),
+      : block_key_(MixCombine(seed, (uint64_t{pixel_y} << 32) | pixel_x) +
+                   (pass / kBlockPasses) * 0xd1342543de82ef95ULL),
         pass_key_(Mix64(block_key_ + (pass % kBlockPasses) * 0x9e3779b97f4a7c15ULL)),
         index_(pass % kBlockPasses) {}
 
-  // The next dimension pairs are those from `pair` on. A path gives each vertex a fixed range, so that a vertex which needs fewer
-  // numbers does not shift those of the next.
+  // The next dimension pairs are those from `pair` on. A path gives each vertex a fixed range, so that a vertex which
+  // needs fewer numbers does not shift those of the next.
   void StartAt(uint32_t pair) { pair_ = pair; }
 
   Vec2 Next2D() {
@@ -56,7 +59,8 @@ class Sampler {
     v ^= v * 0x53a22864u;
     return v;
   }
-  // Second Sobol' dimension of a 32-bit index (its generator matrix is Pascal's triangle modulo 2), already bit-reversed.
+  // Second Sobol' dimension of a 32-bit index (its generator matrix is Pascal's triangle modulo 2), already
+  // bit-reversed.
   static uint32_t SecondDimensionReversed(uint32_t i) {
     i ^= i >> 16;
     i ^= (i & 0xff00ff00u) >> 8;
@@ -70,7 +74,8 @@ class Sampler {
     const uint32_t shuffled = ReverseBits(ScrambleReversed(ReverseBits(index_), static_cast<uint32_t>(key)));
     const uint64_t scramble = Mix64(key);
     const uint32_t x = ReverseBits(ScrambleReversed(shuffled, static_cast<uint32_t>(scramble)));
-    const uint32_t y = ReverseBits(ScrambleReversed(SecondDimensionReversed(shuffled), static_cast<uint32_t>(scramble >> 32)));
+    const uint32_t y =
+        ReverseBits(ScrambleReversed(SecondDimensionReversed(shuffled), static_cast<uint32_t>(scramble >> 32)));
     return {ToUnit(x), ToUnit(y)};
   }
 

@@ -27,7 +27,8 @@ double D65(double nm) {
   return Interpolate(kCieRowsTable, nm, [](const CieRow& r) { return r.d65; });
 }
 
-// The sum of f(nm) * (xbar, ybar, zbar) in steps of 1 nm; the functions vanish at both ends, so the sum is the trapezoid rule.
+// The sum of f(nm) * (xbar, ybar, zbar) in steps of 1 nm; the functions vanish at both ends, so the sum is the
+// trapezoid rule.
 template <class Function>
 Xyz Integrate(Function f) {
   Xyz sum;
@@ -85,12 +86,15 @@ Rgb SurfaceSpectrumToRgb(const SampledSpectrum& spectrum) {
           static_cast<float>(std::max(c.b / white.b, 0.0))};
 }
 
-Rgb EmissionToUnitRgb(const SampledSpectrum& spectrum) { return UnitLuminance(EmissionToXyz(spectrum)); }
+Rgb EmissionToUnitRgb(const SampledSpectrum& spectrum) {
+  return UnitLuminance(EmissionToXyz(spectrum));
+}
 
 Rgb BlackbodyToUnitRgb(double kelvin) {
   LODESTAR_CHECK(kelvin > 0);
   constexpr double kSecondRadiation = 1.438776877e7;  // h c / k, nm K (CODATA 2018)
-  // Relative to the longest wavelength, so that a cool body does not underflow: only the ratio between wavelengths matters.
+  // Relative to the longest wavelength, so that a cool body does not underflow: only the ratio between wavelengths
+  // matters.
   const double x0 = kSecondRadiation / (kCieLastNm * kelvin);
   return UnitLuminance(Integrate([&](double nm) {
     const double x = kSecondRadiation / (nm * kelvin), s = nm / 560;

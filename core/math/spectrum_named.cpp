@@ -94,7 +94,8 @@ std::optional<Rgb> NamedSurfaceSpectrum(std::string_view name) {
   for (const Metal& metal : kMetals)
     if (name == metal.eta_name || name == metal.k_name) return TableToRgb(metal.rows, name == metal.k_name);
   if (name == "metal-MgO-eta")
-    return FormulaToRgb([](double l2) { return 2.956362 - 0.01062387 * l2 - 0.0000204968 * l2 * l2 + 0.02195770 / (l2 - 0.01428322); });
+    return FormulaToRgb(
+        [](double l2) { return 2.956362 - 0.01062387 * l2 - 0.0000204968 * l2 * l2 + 0.02195770 / (l2 - 0.01428322); });
   if (name == "metal-TiO2-eta") return FormulaToRgb([](double l2) { return 5.913 + 0.2441 / (l2 - 0.0803); });
   if (name == "metal-MgO-k" || name == "metal-TiO2-k") return Rgb(0);
   return std::nullopt;

@@ -91,15 +91,22 @@ Transform Transform::LookAt(Vec3 eye, Vec3 target, Vec3 up) {
   return Transform(world_from_camera).Inverse();
 }
 
-Transform operator*(const Transform& a, const Transform& b) { return {Multiply(a.m_, b.m_), Multiply(b.inverse_, a.inverse_)}; }
+Transform operator*(const Transform& a, const Transform& b) {
+  return {Multiply(a.m_, b.m_), Multiply(b.inverse_, a.inverse_)};
+}
 
-bool Transform::Invertible() const { return inverse_ != Matrix{}; }
-bool Transform::IsIdentity() const { return m_ == kIdentity; }
+bool Transform::Invertible() const {
+  return inverse_ != Matrix{};
+}
+bool Transform::IsIdentity() const {
+  return m_ == kIdentity;
+}
 
 bool Transform::SwapsHandedness() const {
   const auto& m = m_;
   return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]) < 0;
+             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]) <
+         0;
 }
 
 Vec3 Transform::Point(Vec3 p) const {

@@ -12,8 +12,8 @@ class Transform {
  public:
   using Matrix = std::array<std::array<double, 4>, 4>;  // [row][column]
 
-  Transform();                                        // identity
-  explicit Transform(const Matrix& m);                // inverse is all zero where m is singular: see Invertible()
+  Transform();                          // identity
+  explicit Transform(const Matrix& m);  // inverse is all zero where m is singular: see Invertible()
   Transform(const Matrix& m, const Matrix& inverse) : m_(m), inverse_(inverse) {}
 
   static Transform Translate(Vec3 delta);

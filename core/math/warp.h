@@ -28,7 +28,9 @@ inline Vec3 SquareToCosineHemisphere(Vec2 u) {
   const Vec2 d = SquareToDisk(u);
   return {d.x, d.y, SafeSqrt(1 - d.x * d.x - d.y * d.y)};
 }
-inline float CosineHemispherePdf(float cos_theta) { return std::max(cos_theta, 0.0f) * kInvPi; }
+inline float CosineHemispherePdf(float cos_theta) {
+  return std::max(cos_theta, 0.0f) * kInvPi;
+}
 
 inline Vec3 SquareToSphere(Vec2 u) {
   const float z = 1 - 2 * u.x;
@@ -51,7 +53,8 @@ inline Vec2 DirectionToCylindrical(Vec3 w) {
   return {std::clamp(w.z * 0.5f + 0.5f, 0.0f, kOneMinusEpsilon), std::clamp(phi, 0.0f, kOneMinusEpsilon)};
 }
 
-// Uniform in a triangle: barycentric weights of the first two corners (Heitz 2019, "A Low-Distortion Map Between Triangle and Square").
+// Uniform in a triangle: barycentric weights of the first two corners (Heitz 2019, "A Low-Distortion Map Between
+// Triangle and Square").
 inline Vec2 SquareToTriangle(Vec2 u) {
   if (u.y > u.x) {
     u.x *= 0.5f;

@@ -21,8 +21,12 @@ struct Callback {
   const std::vector<Quadric>* quadrics = nullptr;
 };
 
-Vec3 Origin(const RTCRay& r) { return {r.org_x, r.org_y, r.org_z}; }
-Vec3 Direction(const RTCRay& r) { return {r.dir_x, r.dir_y, r.dir_z}; }
+Vec3 Origin(const RTCRay& r) {
+  return {r.org_x, r.org_y, r.org_z};
+}
+Vec3 Direction(const RTCRay& r) {
+  return {r.dir_x, r.dir_y, r.dir_z};
+}
 
 // The filter of triangles with alpha or without shadow; N is always 1 here.
 template <bool kShadow>
@@ -33,7 +37,8 @@ void FilterTriangle(const RTCFilterFunctionNArguments* args) {
   const MeshRecord& record = callback.group->meshes[callback.group->triangles[callback.slot][hit.primID].mesh];
   bool accept = !(kShadow && (record.flags & MeshRecord::kNoShadow));
   if (accept && (record.flags & MeshRecord::kHasAlpha))
-    accept = AlphaAccepts(*callback.group, *callback.textures, record, Origin(ray), Direction(ray), callback.slot, hit.primID, hit.u, hit.v, {});
+    accept = AlphaAccepts(*callback.group, *callback.textures, record, Origin(ray), Direction(ray), callback.slot,
+                          hit.primID, hit.u, hit.v, {});
   if (!accept) args->valid[0] = 0;
 }
 
@@ -43,8 +48,9 @@ struct QuadricHit {
   Vec3 ng;
 };
 
-// Nearest sphere hit in (t_min, t_max) that `accept` takes. The discriminant comes from the point of closest approach (Haines et al. 2019, "Precision
-// Improvements for Ray/Sphere Intersection"), in double: a ray from 1e7 radii away still meets it.
+// Nearest sphere hit in (t_min, t_max) that `accept` takes. The discriminant comes from the point of closest approach
+// (Haines et al. 2019, "Precision Improvements for Ray/Sphere Intersection"), in double: a ray from 1e7 radii away
+// still meets it.
 template <class Accept>
 bool IntersectSphere(const Quadric& q, const RTCRay& ray, double t_max, QuadricHit* out, Accept accept) {
   const auto o = q.object_from_group.Point(ray.org_x, ray.org_y, ray.org_z);
@@ -93,9 +99,11 @@ bool IntersectQuadric(const Callback& callback, unsigned primitive, const RTCRay
   if (kShadow && (q.record.flags & MeshRecord::kNoShadow)) return false;
   const auto accept = [&](const QuadricHit& h) {
     return !(q.record.flags & MeshRecord::kHasAlpha) ||
-           AlphaAccepts(*callback.group, *callback.textures, q.record, Origin(ray), Direction(ray), callback.slot, primitive, h.u, h.v, h.ng);
+           AlphaAccepts(*callback.group, *callback.textures, q.record, Origin(ray), Direction(ray), callback.slot,
+                        primitive, h.u, h.v, h.ng);
   };
-  return callback.slot == kSpheres ? IntersectSphere(q, ray, ray.tfar, hit, accept) : IntersectDisk(q, ray, ray.tfar, hit, accept);
+  return callback.slot == kSpheres ? IntersectSphere(q, ray, ray.tfar, hit, accept)
+                                   : IntersectDisk(q, ray, ray.tfar, hit, accept);
 }
 
 void QuadricIntersect(const RTCIntersectFunctionNArguments* args) {
@@ -172,7 +180,8 @@ struct Accelerator::Impl {
     rtcReleaseGeometry(geometry);
   }
 
-  RTCScene Build(const GeometryGroup& group, const TextureTable& textures, const std::vector<Instance>* instances, RTCBuildQuality quality) {
+  RTCScene Build(const GeometryGroup& group, const TextureTable& textures, const std::vector<Instance>* instances,
+                 RTCBuildQuality quality) {
     RTCScene scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, quality);
@@ -180,8 +189,10 @@ struct Accelerator::Impl {
       const auto& triangles = group.triangles[slot];
       if (triangles.empty()) continue;
       RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-      rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, group.vertices.data(), 0, sizeof(Vertex), group.vertices.size());
-      rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0, sizeof(Triangle), triangles.size());
+      rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, group.vertices.data(), 0,
+                                 sizeof(Vertex), group.vertices.size());
+      rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0,
+                                 sizeof(Triangle), triangles.size());
       if (slot == kFilteredTriangles) {
         rtcSetGeometryUserData(geometry, NewCallback(group, textures, slot, nullptr));
         rtcSetGeometryIntersectFilterFunction(geometry, FilterTriangle<false>);
@@ -209,20 +220,23 @@ struct Accelerator::Impl {
         Attach(scene, geometry, kFirstInstance + static_cast<uint32_t>(i), quality);
       }
     }
-    // Embree builds in an arena of its own. While all of TBB is held to one thread the build has one order on every machine, so ties between
-    // coplanar primitives fall the same way; renders of this process go on with the threads that they have.
+    // Embree builds in an arena of its own. While all of TBB is held to one thread the build has one order on every
+    // machine, so ties between coplanar primitives fall the same way; renders of this process go on with the threads
+    // that they have.
     const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     rtcJoinCommitScene(scene);
     return scene;
   }
 
-  Callback* NewCallback(const GeometryGroup& group, const TextureTable& textures, uint32_t slot, const std::vector<Quadric>* quadrics) {
+  Callback* NewCallback(const GeometryGroup& group, const TextureTable& textures, uint32_t slot,
+                        const std::vector<Quadric>* quadrics) {
     callbacks.push_back(std::make_unique<Callback>(Callback{&group, &textures, slot, quadrics}));
     return callbacks.back().get();
   }
 };
 
-Accelerator::Accelerator(const std::vector<GeometryGroup>& groups, const std::vector<Instance>& instances, const TextureTable& textures, Quality quality)
+Accelerator::Accelerator(const std::vector<GeometryGroup>& groups, const std::vector<Instance>& instances,
+                         const TextureTable& textures, Quality quality)
     : impl_(std::make_unique<Impl>()) {
   LODESTAR_CHECK(!groups.empty());
   impl_->device = rtcNewDevice("isa=avx2,start_threads=0,set_affinity=0");
@@ -236,7 +250,8 @@ Accelerator::Accelerator(const std::vector<GeometryGroup>& groups, const std::ve
   for (size_t i = 1; i < groups.size(); ++i) impl_->scenes[i] = impl_->Build(groups[i], textures, nullptr, build);
   impl_->scenes[0] = impl_->Build(groups[0], textures, &instances, build);
   if (!impl_->error.empty())
-    throw Error(ErrorKind::kIo, "building the ray tracing structure failed: " + impl_->error + "; is there enough memory for this scene?");
+    throw Error(ErrorKind::kIo, "building the ray tracing structure failed: " + impl_->error +
+                                    "; is there enough memory for this scene?");
   scene_ = impl_->scenes[0];
 }
 
@@ -292,6 +307,8 @@ bool Accelerator::Unoccluded(const Ray& ray) const {
   return r.tfar >= 0;
 }
 
-size_t Accelerator::memory_bytes() const { return static_cast<size_t>(impl_->memory.load()); }
+size_t Accelerator::memory_bytes() const {
+  return static_cast<size_t>(impl_->memory.load());
+}
 
 }  // namespace lodestar

@@ -1,7 +1,7 @@
 // Ray queries over the compiled geometry. The only file that knows Embree.
 //
-// Bit-identity: the device is pinned to one instruction set, trees are built by one thread (a parallel build may order primitives by
-// scheduling), and filters are pure functions of ray and primitive.
+// Bit-identity: the device is pinned to one instruction set, trees are built by one thread (a parallel build may order
+// primitives by scheduling), and filters are pure functions of ray and primitive.
 #pragma once
 
 #include <memory>
@@ -17,8 +17,8 @@ class Accelerator {
   enum class Quality { kMedium, kHigh };
   // kHigh splits triangles in space: measured no faster on the shared scenes, in rays, than kMedium, at a longer build.
   // groups[0] is the world. Groups, instances and textures must outlive the accelerator and stay where they are.
-  Accelerator(const std::vector<GeometryGroup>& groups, const std::vector<Instance>& instances, const TextureTable& textures,
-              Quality quality = Quality::kMedium);
+  Accelerator(const std::vector<GeometryGroup>& groups, const std::vector<Instance>& instances,
+              const TextureTable& textures, Quality quality = Quality::kMedium);
   ~Accelerator();
   Accelerator(const Accelerator&) = delete;
   Accelerator& operator=(const Accelerator&) = delete;

@@ -1,7 +1,8 @@
 // A BSDF at one hit: the material's parameters with their textures looked up, a closed set of kinds, no allocation.
 //
-// Conventions: directions point away from the surface, are unit, and local to the shading frame (normal +z). Evaluate returns f * |cos wi|
-// (1/sr), densities are per solid angle of wi. Radiance travels from wi to wo: refraction scales by 1/eta^2. Both sides of opaque materials reflect.
+// Conventions: directions point away from the surface, are unit, and local to the shading frame (normal +z). Evaluate
+// returns f * |cos wi| (1/sr), densities are per solid angle of wi. Radiance travels from wi to wo: refraction scales
+// by 1/eta^2. Both sides of opaque materials reflect.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +23,10 @@ struct BsdfValue {
 
 struct BsdfSample {
   Vec3 wi;
-  Rgb weight;                // f |cos| / pdf for a smooth sample (all smooth lobes together); for a delta one its share over its probability
-  float pdf = 0;             // smooth: as Evaluate(wo, wi).pdf; delta: the discrete probability of the lobe
-  float eta = 1;             // relative index along the path: > 1 on entering a denser medium; for roulette
+  Rgb weight;     // f |cos| / pdf for a smooth sample (all smooth lobes together); for a delta one its share over its
+                  // probability
+  float pdf = 0;  // smooth: as Evaluate(wo, wi).pdf; delta: the discrete probability of the lobe
+  float eta = 1;  // relative index along the path: > 1 on entering a denser medium; for roulette
   bool delta = false;
   bool transmission = false;
 };
@@ -32,16 +34,25 @@ struct BsdfSample {
 class Bsdf {
  public:
   enum class Kind : uint8_t {
-    kDiffuse, kConductor, kSmoothConductor, kDielectric, kSmoothDielectric, kThinDielectric,
-    kCoatedDiffuse, kSmoothCoatedDiffuse, kCoatedConductor, kDiffuseTransmission, kNone,
+    kDiffuse,
+    kConductor,
+    kSmoothConductor,
+    kDielectric,
+    kSmoothDielectric,
+    kThinDielectric,
+    kCoatedDiffuse,
+    kSmoothCoatedDiffuse,
+    kCoatedConductor,
+    kDiffuseTransmission,
+    kNone,
   };
 
   BsdfValue Evaluate(Vec3 wo, Vec3 wi) const {
     if (kind_ == Kind::kDiffuse) return EvaluateDiffuse(wo, wi);
     return EvaluateOther(wo, wi);
   }
-  // Nothing where the sample failed (grazing, below the surface): the path ends, with weight zero. Hence Evaluate().pdf integrates to
-  // 1 - DeltaProbability(wo) - P(failure); P(failure) > 0 only for the rough lobes.
+  // Nothing where the sample failed (grazing, below the surface): the path ends, with weight zero. Hence Evaluate().pdf
+  // integrates to 1 - DeltaProbability(wo) - P(failure); P(failure) > 0 only for the rough lobes.
   std::optional<BsdfSample> Sample(Vec3 wo, float u_lobe, Vec2 u) const {
     if (kind_ == Kind::kDiffuse) return SampleDiffuse(wo, u);
     return SampleOther(wo, u_lobe, u);
@@ -55,23 +66,24 @@ class Bsdf {
   // Hemispherical-directional reflectance (and transmittance), approximate; for AOVs and roulette only.
   Rgb Albedo(Vec3 wo) const;
 
-  // Factories; `alpha` are GGX alphas after remapping. Alphas (both) below kSmoothAlpha become delta lobes, as does a dielectric of eta 1.
-  // All are cheap enough to be called at every hit, where textures vary; the coated ones look their table up by eta, which
-  // the first call builds (50 ms): call them once while compiling.
+  // Factories; `alpha` are GGX alphas after remapping. Alphas (both) below kSmoothAlpha become delta lobes, as does a
+  // dielectric of eta 1. All are cheap enough to be called at every hit, where textures vary; the coated ones look
+  // their table up by eta, which the first call builds (50 ms): call them once while compiling.
   static Bsdf Diffuse(Rgb reflectance);
-  // Exact Fresnel reflection of a complex index by single scattering on GGX, as pbrt-v4. `energy_compensation` adds the multiply scattered light
-  // that this loses (Kulla and Conty 2017, over our own albedo table): up to 60 % brighter at alpha 1. Recommended off, to agree with other
-  // renderers' single scattering.
+  // Exact Fresnel reflection of a complex index by single scattering on GGX, as pbrt-v4. `energy_compensation` adds the
+  // multiply scattered light that this loses (Kulla and Conty 2017, over our own albedo table): up to 60 % brighter at
+  // alpha 1. Recommended off, to agree with other renderers' single scattering.
   static Bsdf Conductor(Rgb eta, Rgb k, Vec2 alpha, bool energy_compensation = false);
   static Bsdf Dielectric(float eta, Vec2 alpha);
   static Bsdf ThinDielectric(float eta);
-  // A Lambertian base coupled to the reflection lobe of a dielectric coat (Kelemen and Szirmay-Kalos 2001): reciprocal, linear in the
-  // reflectance, and of albedo 1 in every direction where that is 1, for smooth and rough coats alike; 0.9 to 1 for anisotropic ones, whose
-  // coupling is looked up at an isotropic alpha for each direction. See bsdf_coated.cpp and docs/decisions/0005-coats.md.
+  // A Lambertian base coupled to the reflection lobe of a dielectric coat (Kelemen and Szirmay-Kalos 2001): reciprocal,
+  // linear in the reflectance, and of albedo 1 in every direction where that is 1, for smooth and rough coats alike;
+  // 0.9 to 1 for anisotropic ones, whose coupling is looked up at an isotropic alpha for each direction. See
+  // bsdf_coated.cpp and docs/decisions/0005-coats.md.
   static Bsdf CoatedDiffuse(Rgb reflectance, float eta, Vec2 alpha);
-  // A conductor under a dielectric interface, nothing absorbed between: exact for a flat interface up to the first reflection on the base
-  // (and in full where both are flat), approximate beyond. eta, k are relative to vacuum and divided by interface_eta here, as pbrt-v4 does.
-  // See bsdf_coated.cpp.
+  // A conductor under a dielectric interface, nothing absorbed between: exact for a flat interface up to the first
+  // reflection on the base (and in full where both are flat), approximate beyond. eta, k are relative to vacuum and
+  // divided by interface_eta here, as pbrt-v4 does. See bsdf_coated.cpp.
   static Bsdf CoatedConductor(float interface_eta, Vec2 interface_alpha, Rgb eta, Rgb k, Vec2 alpha);
   static Bsdf DiffuseTransmission(Rgb reflectance, Rgb transmittance);
   static Bsdf None();
@@ -109,9 +121,9 @@ class Bsdf {
 
   // What of a coat depends on wo alone.
   struct CoatState {
-    float reflectance;         // of the lobe: Fresnel at wo of a flat interface, else 1 - transmittance
-    float transmittance;       // to the base
-    float lobe_probability;    // of sampling the coat's own lobe
+    float reflectance;       // of the lobe: Fresnel at wo of a flat interface, else 1 - transmittance
+    float transmittance;     // to the base
+    float lobe_probability;  // of sampling the coat's own lobe
   };
   CoatState CoatAt(Vec3 wo) const;
   BsdfValue EvaluateCoatedDiffuse(Vec3 wo, Vec3 wi, const CoatState& state) const;
@@ -127,14 +139,15 @@ class Bsdf {
   Kind kind_ = Kind::kNone;
   bool coat_flat_ = false, base_flat_ = false, compensated_ = false;
   uint8_t coat_row_ = 0, base_row_ = 0;
-  Rgb a_;                           // reflectance, or eta of a conductor
-  Rgb b_;                           // transmittance, k of a conductor, or the scale of a coated base
-  Rgb c_;                           // compensation of a conductor; of a coated diffuse base 1 / (pi (1 - E_avg))
+  Rgb a_;                            // reflectance, or eta of a conductor
+  Rgb b_;                            // transmittance, k of a conductor, or the scale of a coated base
+  Rgb c_;                            // compensation of a conductor; of a coated diffuse base 1 / (pi (1 - E_avg))
   float eta_ = 1, inverse_eta_ = 1;  // of the inside (below) over the outside
-  Vec2 alpha_;                      // of the interface, or of a conductor without a coat
-  Vec2 base_alpha_;                 // of a coated conductor, widened by the coat
+  Vec2 alpha_;                       // of the interface, or of a conductor without a coat
+  Vec2 base_alpha_;                  // of a coated conductor, widened by the coat
   float coat_row_t_ = 0, base_row_t_ = 0;
-  float base_energy_ = 0;           // of the base per unit of light transmitted to it: exact for a diffuse one, an estimate for sampling of a conductor
+  float base_energy_ = 0;  // of the base per unit of light transmitted to it: exact for a diffuse one, an estimate for
+                           // sampling of a conductor
   const CoatTable* table_ = nullptr;
 };
 static_assert(sizeof(Bsdf) <= 96 && std::is_trivially_copyable_v<Bsdf>);

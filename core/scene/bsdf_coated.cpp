@@ -3,9 +3,9 @@
 // Coated diffuse. With E(mu) the directional albedo of the coat's own reflection lobe, E_avg its cosine-weighted mean,
 //     f = f_interface + rho/pi (1 - E(wo)) (1 - E(wi)) / (1 - E_avg),
 // the coupled form of Kelemen and Szirmay-Kalos 2001, also the linear variant of widespread "plastic" models: of the
-// light that the lobe leaves the base returns the part rho, distributed so that f is reciprocal. Albedo E(wo) + rho (1 -
-// E(wo)): at rho = 1 everything returns, in every direction and at every roughness. Chosen for energy, reciprocity and
-// cost, and because it is closer to the reference images than a truncated, absorbing layer is
+// light that the lobe leaves the base returns the part rho, distributed so that f is reciprocal. Albedo E(wo) + rho (1
+// - E(wo)): at rho = 1 everything returns, in every direction and at every roughness. Chosen for energy, reciprocity
+// and cost, and because it is closer to the reference images than a truncated, absorbing layer is
 // (docs/decisions/0005-coats.md). The lobe of a flat coat is exact Fresnel; E in the base's term is tabulated over (mu,
 // alpha). `thickness` and `maxdepth` of pbrt-v4 have no meaning here.
 //

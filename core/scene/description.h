@@ -1,6 +1,7 @@
-// A scene as the file said it: every directive resolved into plain values, nothing compiled. Produced by the parser (pbrt_parser.h),
-// consumed by the compiler (scene.h). Spectra are linear RGB already; transforms are world-from-object; file names are as written, resolved
-// against the folder of the file that named them. Indices refer to the vectors of SceneDescription.
+// A scene as the file said it: every directive resolved into plain values, nothing compiled. Produced by the parser
+// (pbrt_parser.h), consumed by the compiler (scene.h). Spectra are linear RGB already; transforms are
+// world-from-object; file names are as written, resolved against the folder of the file that named them. Indices refer
+// to the vectors of SceneDescription.
 #pragma once
 
 #include <array>
@@ -23,7 +24,8 @@ struct SourceLocation {
   std::string ToString() const;
 };
 
-// ---- textures -------------------------------------------------------------------------------------------------------------------------------
+// ---- textures
+// -------------------------------------------------------------------------------------------------------------------------------
 
 // A value that is constant or comes from a texture; `texture` indexes SceneDescription::textures, and wins where set.
 struct RgbValue {
@@ -47,7 +49,11 @@ struct ImageTexture {
   std::string path;
   enum class Wrap { kRepeat, kClamp, kBlack } wrap = Wrap::kRepeat;
   enum class Filter { kPoint, kBilinear, kTrilinear, kEwa } filter = Filter::kBilinear;
-  enum class Encoding { kSrgb, kLinear, kGamma } encoding = Encoding::kSrgb;  // of 8-bit files; float files are always linear
+  enum class Encoding {
+    kSrgb,
+    kLinear,
+    kGamma
+  } encoding = Encoding::kSrgb;  // of 8-bit files; float files are always linear
   float gamma = 1;
   float scale = 1;
   bool invert = false;
@@ -66,14 +72,17 @@ struct CheckerboardTexture {
 };
 struct TextureDescription {
   std::string name;
-  bool is_float = false;  // a float texture: its value is the red channel (imagemap: the mean of RGB, or the alpha where an alpha texture asks)
+  bool is_float = false;  // a float texture: its value is the red channel (imagemap: the mean of RGB, or the alpha
+                          // where an alpha texture asks)
   std::variant<ConstantTexture, ImageTexture, ScaleTexture, MixTexture, CheckerboardTexture> kind;
   SourceLocation where;
 };
 
-// ---- materials ------------------------------------------------------------------------------------------------------------------------------
+// ---- materials
+// ------------------------------------------------------------------------------------------------------------------------------
 
-// Roughness as a GGX alpha after remapping has been applied for constants; `remap` remains for textured roughness (alpha = sqrt(roughness)).
+// Roughness as a GGX alpha after remapping has been applied for constants; `remap` remains for textured roughness
+// (alpha = sqrt(roughness)).
 struct Roughness {
   FloatValue u, v;
   bool remap = true;
@@ -82,7 +91,8 @@ struct DiffuseMaterial {
   RgbValue reflectance{Rgb(0.5f)};
 };
 struct ConductorMaterial {
-  // Either eta and k, or (has_reflectance) the normal-incidence reflectance from which k is derived with eta = 1, as pbrt does.
+  // Either eta and k, or (has_reflectance) the normal-incidence reflectance from which k is derived with eta = 1, as
+  // pbrt does.
   RgbValue eta, k;
   bool has_reflectance = false;
   RgbValue reflectance;
@@ -116,18 +126,19 @@ struct MixMaterial {
 struct InterfaceMaterial {};  // no surface at all: rays go straight on
 struct MaterialDescription {
   std::string name;  // empty for an unnamed one
-  std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, ThinDielectricMaterial, CoatedDiffuseMaterial, CoatedConductorMaterial,
-               DiffuseTransmissionMaterial, MixMaterial, InterfaceMaterial>
+  std::variant<DiffuseMaterial, ConductorMaterial, DielectricMaterial, ThinDielectricMaterial, CoatedDiffuseMaterial,
+               CoatedConductorMaterial, DiffuseTransmissionMaterial, MixMaterial, InterfaceMaterial>
       kind;
   SourceLocation where;
 };
 
-// ---- shapes ---------------------------------------------------------------------------------------------------------------------------------
+// ---- shapes
+// ---------------------------------------------------------------------------------------------------------------------------------
 
 struct TriangleMesh {
-  std::vector<Vec3> positions;    // object space
-  std::vector<Vec3> normals;      // empty or one a vertex
-  std::vector<Vec2> uvs;          // empty or one a vertex
+  std::vector<Vec3> positions;  // object space
+  std::vector<Vec3> normals;    // empty or one a vertex
+  std::vector<Vec2> uvs;        // empty or one a vertex
   std::vector<std::array<uint32_t, 3>> triangles;
 };
 struct PlyMesh {
@@ -146,17 +157,17 @@ struct BilinearMesh {
   std::vector<std::array<uint32_t, 4>> patches;  // p00, p10, p01, p11
 };
 struct AreaLightDescription {
-  Rgb radiance;       // scale applied
+  Rgb radiance;  // scale applied
   bool two_sided = false;
-  float power = 0;    // > 0: the radiance is scaled so that the whole light emits this many watts (luminous, Y)
+  float power = 0;  // > 0: the radiance is scaled so that the whole light emits this many watts (luminous, Y)
   SourceLocation where;
 };
 struct ShapeDescription {
   std::variant<TriangleMesh, PlyMesh, SphereShape, DiskShape, BilinearMesh> kind;
-  Transform world_from_object;   // object-from-instance for shapes inside an object definition
+  Transform world_from_object;  // object-from-instance for shapes inside an object definition
   bool reverse_orientation = false;
-  int material = -1;             // index; never -1 after parsing
-  FloatValue alpha{1};           // opacity: a constant, or a float texture
+  int material = -1;    // index; never -1 after parsing
+  FloatValue alpha{1};  // opacity: a constant, or a float texture
   std::optional<AreaLightDescription> light;
   SourceLocation where;
 };
@@ -170,7 +181,8 @@ struct InstanceDescription {
   SourceLocation where;
 };
 
-// ---- lights, camera, film -----------------------------------------------------------------------------------------------------------------------
+// ---- lights, camera, film
+// -----------------------------------------------------------------------------------------------------------------------
 
 struct PointLight {
   Rgb intensity;  // W/sr, scale and power applied
@@ -182,12 +194,12 @@ struct SpotLight {
   float cone_angle = 30, cone_delta = 5;  // degrees; full intensity inside angle - delta
 };
 struct DistantLight {
-  Rgb radiance;       // irradiance on a surface that faces it, W/m^2
-  Vec3 to_light;      // world, unit
+  Rgb radiance;   // irradiance on a surface that faces it, W/m^2
+  Vec3 to_light;  // world, unit
 };
 struct InfiniteLight {
-  Rgb radiance{Rgb(1)};    // times the image where there is one
-  std::string path;        // equal-area octahedral image, or empty
+  Rgb radiance{Rgb(1)};  // times the image where there is one
+  std::string path;      // equal-area octahedral image, or empty
 };
 struct LightDescription {
   std::variant<PointLight, SpotLight, DistantLight, InfiniteLight> kind;
@@ -198,7 +210,7 @@ struct LightDescription {
 struct PixelFilterDescription {
   enum class Kind { kBox, kTriangle, kGaussian, kMitchell } kind = Kind::kGaussian;
   float radius_x = 1.5f, radius_y = 1.5f;
-  float sigma = 0.5f;           // gaussian
+  float sigma = 0.5f;                // gaussian
   float b = 1 / 3.0f, c = 1 / 3.0f;  // mitchell
   // box | triangle | gaussian | mitchell with pbrt-v4's default radii; throws Error(kInvalidInput) for another name.
   static PixelFilterDescription Named(const std::string& name);
@@ -206,7 +218,7 @@ struct PixelFilterDescription {
 
 struct CameraDescription {
   Transform camera_from_world;
-  float fov = 90;                      // degrees, of the shorter image axis
+  float fov = 90;                                  // degrees, of the shorter image axis
   std::array<float, 4> screen_window{0, 0, 0, 0};  // x0 x1 y0 y1; all zero: derived from the aspect ratio
   float lens_radius = 0, focal_distance = 1e6f;
 };
@@ -215,7 +227,7 @@ struct SceneDescription {
   CameraDescription camera;
   int resolution_x = 1280, resolution_y = 720;
   PixelFilterDescription filter;
-  int max_depth = 5;       // of the file's Integrator directive
+  int max_depth = 5;  // of the file's Integrator directive
   int samples_per_pixel = 16;
   std::vector<TextureDescription> textures;
   std::vector<MaterialDescription> materials;
@@ -223,8 +235,9 @@ struct SceneDescription {
   std::vector<ObjectDescription> objects;
   std::vector<InstanceDescription> instances;
   std::vector<LightDescription> lights;
-  std::vector<std::string> files;      // every file the scene needs: the scene file first, then includes, meshes, images (for upload)
-  std::vector<std::string> left_out;   // --lenient: "file:line:column: what"
+  std::vector<std::string>
+      files;  // every file the scene needs: the scene file first, then includes, meshes, images (for upload)
+  std::vector<std::string> left_out;  // --lenient: "file:line:column: what"
 };
 
 }  // namespace lodestar

@@ -30,7 +30,8 @@ Vec2 DirectionToOctahedral(Vec3 w) {
   return {unit(std::copysign(u, w.x)), unit(std::copysign(v, w.y))};
 }
 
-EnvironmentLight::EnvironmentLight(std::vector<Rgb> pixels, int size, const Transform& world_from_light) : size_(size), pixels_(std::move(pixels)) {
+EnvironmentLight::EnvironmentLight(std::vector<Rgb> pixels, int size, const Transform& world_from_light)
+    : size_(size), pixels_(std::move(pixels)) {
   LODESTAR_CHECK(size > 0 && pixels_.size() == size_t(size) * size);
   std::vector<float> weights;
   weights.reserve(pixels_.size());

@@ -1,13 +1,14 @@
-// Infinite lights: constant, or an equal-area octahedral image (Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD"), whose
-// texels are constant patches of sky, so that sampling a texel by its brightness is exactly proportional to radiance.
+// Infinite lights: constant, or an equal-area octahedral image (Clarberg 2008, "Fast Equal-Area Mapping of the
+// (Hemi)Sphere using SIMD"), whose texels are constant patches of sky, so that sampling a texel by its brightness is
+// exactly proportional to radiance.
 #pragma once
 
 #include <array>
 #include <vector>
 
 #include "core/math/distribution.h"
-#include "core/math/transform.h"
 #include "core/math/rgb.h"
+#include "core/math/transform.h"
 
 namespace lodestar {
 

@@ -28,10 +28,11 @@ inline float SphericalTriangleArea(Vec3 a, Vec3 b, Vec3 c) {
   return 2 * Atan2(std::fabs(Dot(a, Cross(b, c))), 1 + Dot(a, b) + Dot(b, c) + Dot(c, a));
 }
 
-// By area where the triangle looks small from p, uniformly over its solid angle (Arvo 1995) where it looms large: there area sampling has a
-// density that varies by orders of magnitude. 0: by area; otherwise the solid angle.
+// By area where the triangle looks small from p, uniformly over its solid angle (Arvo 1995) where it looms large: there
+// area sampling has a density that varies by orders of magnitude. 0: by area; otherwise the solid angle.
 inline float LightTriangleSolidAngle(const LightTriangle& t, Vec3 p) {
-  constexpr float kLooming = 0.03f, kSmallest = 3e-3f, kLargest = 6.2f;  // outside these Arvo's angles lose their digits
+  constexpr float kLooming = 0.03f, kSmallest = 3e-3f,
+                  kLargest = 6.2f;  // outside these Arvo's angles lose their digits
   const Vec3 to_center = t.p0 + (t.e1 + t.e2) * (1 / 3.0f) - p;
   if (!(t.area > kLooming * LengthSquared(to_center))) return 0;
   const Vec3 a = t.p0 - p, b = a + t.e1, c = a + t.e2;

@@ -5,15 +5,22 @@
 namespace lodestar {
 namespace {
 
-Vec3 ToVec3(const std::array<double, 3>& v) { return {float(v[0]), float(v[1]), float(v[2])}; }
+Vec3 ToVec3(const std::array<double, 3>& v) {
+  return {float(v[0]), float(v[1]), float(v[2])};
+}
 // Small emission must not vanish in the table, nor huge emission overflow its sum.
-double Power(Rgb c) { return double(c.r) + double(c.g) + double(c.b); }
+double Power(Rgb c) {
+  return double(c.r) + double(c.g) + double(c.b);
+}
 
-float MaxAbs(Vec3 v) { return MaxComponent(Abs(v)); }
+float MaxAbs(Vec3 v) {
+  return MaxComponent(Abs(v));
+}
 
 }  // namespace
 
-// ---- compile --------------------------------------------------------------------------------------------------------------------------------
+// ---- compile
+// --------------------------------------------------------------------------------------------------------------------------------
 
 int32_t LightTable::AddArea(Light light, const Emission& emission, double area) {
   light.two_sided = emission.two_sided;
@@ -43,10 +50,11 @@ int32_t LightTable::AddSphere(const Quadric& q, const Emission& emission) {
   light.extent = q.scale;
   light.reversed = q.reverse;
   // A similarity keeps the sphere a sphere.
-  const Vec3 x{float(m[0]), float(m[4]), float(m[8])}, y{float(m[1]), float(m[5]), float(m[9])}, z{float(m[2]), float(m[6]), float(m[10])};
+  const Vec3 x{float(m[0]), float(m[4]), float(m[8])}, y{float(m[1]), float(m[5]), float(m[9])},
+      z{float(m[2]), float(m[6]), float(m[10])};
   const float xx = Dot(x, x), yy = Dot(y, y), zz = Dot(z, z), tolerance = 1e-5f * xx;
-  const bool similar = std::fabs(xx - yy) < tolerance && std::fabs(xx - zz) < tolerance && AbsDot(x, y) < tolerance && AbsDot(y, z) < tolerance &&
-                       AbsDot(z, x) < tolerance;
+  const bool similar = std::fabs(xx - yy) < tolerance && std::fabs(xx - zz) < tolerance && AbsDot(x, y) < tolerance &&
+                       AbsDot(y, z) < tolerance && AbsDot(z, x) < tolerance;
   double area = 4 * double(kPi) * q.radius * q.radius * xx;
   if (!similar) {
     light.kind = Kind::kEllipsoid;
@@ -135,7 +143,8 @@ void LightTable::Finish(const Bounds3& bounds) {
   }
 }
 
-// ---- use ------------------------------------------------------------------------------------------------------------------------------------
+// ---- use
+// ------------------------------------------------------------------------------------------------------------------------------------
 
 std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u) const {
   if (table_.size() == 0) return {};
@@ -144,16 +153,20 @@ std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3
     case Kind::kTriangle:
     case Kind::kSphere:
     case Kind::kEllipsoid:
-    case Kind::kDisk: return SampleArea(light, textures, p, u);
-    case Kind::kEnvironment: return SampleEnvironment(light, u);
+    case Kind::kDisk:
+      return SampleArea(light, textures, p, u);
+    case Kind::kEnvironment:
+      return SampleEnvironment(light, u);
     case Kind::kPoint:
     case Kind::kSpot:
-    case Kind::kDistant: return SampleDelta(light, p);
+    case Kind::kDistant:
+      return SampleDelta(light, p);
   }
   return {};
 }
 
-std::optional<LightSample> LightTable::SampleArea(const Light& light, const TextureTable& textures, Vec3 p, Vec2 u) const {
+std::optional<LightSample> LightTable::SampleArea(const Light& light, const TextureTable& textures, Vec3 p,
+                                                  Vec2 u) const {
   const LightTriangle& t = light.triangle;
   std::optional<DirectionSample> d;
   Vec3 n = t.n;
@@ -193,8 +206,10 @@ std::optional<LightSample> LightTable::SampleArea(const Light& light, const Text
     const Alpha& alpha = alphas_[light.side];
     // Barycentrics of the point, for its opacity.
     const Vec3 q = d->point - t.p0;
-    const float d11 = Dot(t.e1, t.e1), d12 = Dot(t.e1, t.e2), d22 = Dot(t.e2, t.e2), q1 = Dot(q, t.e1), q2 = Dot(q, t.e2);
-    const float inverse = 1 / (d11 * d22 - d12 * d12), b = (d22 * q1 - d12 * q2) * inverse, c = (d11 * q2 - d12 * q1) * inverse;
+    const float d11 = Dot(t.e1, t.e1), d12 = Dot(t.e1, t.e2), d22 = Dot(t.e2, t.e2), q1 = Dot(q, t.e1),
+                q2 = Dot(q, t.e2);
+    const float inverse = 1 / (d11 * d22 - d12 * d12), b = (d22 * q1 - d12 * q2) * inverse,
+                c = (d11 * q2 - d12 * q1) * inverse;
     const Vec2 uv = alpha.uvs.a * (1 - b - c) + alpha.uvs.b * b + alpha.uvs.c * c;
     sample.radiance *= std::clamp(textures.Evaluate(alpha.alpha, uv), 0.0f, 1.0f);
     if (IsBlack(sample.radiance)) return {};
@@ -224,9 +239,10 @@ float LightTable::EllipsoidPdf(const Light& light, Vec3 offset, Vec3 point, Vec3
   const double length = std::sqrt(object[0] * object[0] + object[1] * object[1] + object[2] * object[2]);
   const auto cofactor = q.object_from_group.Transposed(object[0] / length, object[1] / length, object[2] / length);
   const auto& m = q.group_from_object.m;
-  const double determinant = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
-  const double stretch =
-      std::fabs(determinant) * std::sqrt(cofactor[0] * cofactor[0] + cofactor[1] * cofactor[1] + cofactor[2] * cofactor[2]);
+  const double determinant =
+      m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+  const double stretch = std::fabs(determinant) *
+                         std::sqrt(cofactor[0] * cofactor[0] + cofactor[1] * cofactor[1] + cofactor[2] * cofactor[2]);
   const double pdf_area = 1 / (4 * double(kPi) * q.radius * q.radius * stretch);
   const float d2 = LengthSquared(offset);
   return static_cast<float>(pdf_area) * d2 * std::sqrt(d2) / AbsDot(n, offset);
@@ -250,8 +266,9 @@ std::optional<LightSample> LightTable::SampleDelta(const Light& light, Vec3 p) c
   float falloff = 1;
   if (light.kind == Kind::kSpot) {
     const float cosine = -Dot(sample.wi, light.triangle.n);
-    const float x = light.cos_start > light.cos_total ? std::clamp((cosine - light.cos_total) / (light.cos_start - light.cos_total), 0.0f, 1.0f)
-                                                      : (cosine >= light.cos_total ? 1.0f : 0.0f);
+    const float x = light.cos_start > light.cos_total
+                        ? std::clamp((cosine - light.cos_total) / (light.cos_start - light.cos_total), 0.0f, 1.0f)
+                        : (cosine >= light.cos_total ? 1.0f : 0.0f);
     falloff = x * x * (3 - 2 * x);
     if (falloff == 0) return {};
   }
@@ -280,14 +297,18 @@ float LightTable::Pdf(Vec3 from, const SurfaceInteraction& si) const {
   const Light& light = lights_[si.light];
   const Vec3 offset = si.p - from;
   switch (light.kind) {
-    case Kind::kTriangle: return LightTrianglePdf(light.triangle, from, offset) * light.pick;
-    case Kind::kSphere: return LightSpherePdf(light.triangle.p0, light.extent, from, offset, si.ng) * light.pick;
-    case Kind::kEllipsoid: return EllipsoidPdf(light, offset, si.p, si.ng) * light.pick;
+    case Kind::kTriangle:
+      return LightTrianglePdf(light.triangle, from, offset) * light.pick;
+    case Kind::kSphere:
+      return LightSpherePdf(light.triangle.p0, light.extent, from, offset, si.ng) * light.pick;
+    case Kind::kEllipsoid:
+      return EllipsoidPdf(light, offset, si.p, si.ng) * light.pick;
     case Kind::kDisk: {
       const float d2 = LengthSquared(offset);
       return d2 * std::sqrt(d2) / (AbsDot(si.ng, offset) * light.triangle.area) * light.pick;
     }
-    default: return 0;
+    default:
+      return 0;
   }
 }
 

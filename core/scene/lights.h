@@ -35,7 +35,8 @@ class LightTable {
   void AddSpot(const SpotLight& light);
   void AddDistant(const DistantLight& light);
   void AddEnvironment(EnvironmentLight light);
-  // Sets the probabilities of picking. One part in a hundred is shared equally, so that no light that power underrates is starved.
+  // Sets the probabilities of picking. One part in a hundred is shared equally, so that no light that power underrates
+  // is starved.
   void Finish(const Bounds3& bounds);
 
   // ---- use ----
@@ -61,11 +62,12 @@ class LightTable {
     Kind kind;
     bool two_sided = false, hidden = false, reversed = false;
     float pick = 0;
-    Rgb radiance;            // or intensity, or irradiance
-    LightTriangle triangle;  // triangle; disk: p0 centre, e1 and e2 its half axes; sphere: p0 centre; spot, distant: n the axis
-    float extent = 0;        // largest edge or radius; sphere: radius
+    Rgb radiance;  // or intensity, or irradiance
+    LightTriangle
+        triangle;  // triangle; disk: p0 centre, e1 and e2 its half axes; sphere: p0 centre; spot, distant: n the axis
+    float extent = 0;                    // largest edge or radius; sphere: radius
     float cos_total = 0, cos_start = 0;  // spot; disk: cos_start = inner / outer radius
-    int32_t side = -1;       // index into alphas_, quadrics_ or environments_
+    int32_t side = -1;                   // index into alphas_, quadrics_ or environments_
     double power = 0;
   };
   struct Alpha {

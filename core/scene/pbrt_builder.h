@@ -1,5 +1,6 @@
-// Carries out the directives of a pbrt-v4 file and gathers the SceneDescription. One source file a topic: pbrt_directives.cpp (dispatch, blocks,
-// transforms), pbrt_options.cpp (what stands before WorldBegin), pbrt_textures.cpp, pbrt_materials.cpp, pbrt_shapes.cpp, pbrt_lights.cpp, pbrt_values.cpp.
+// Carries out the directives of a pbrt-v4 file and gathers the SceneDescription. One source file a topic:
+// pbrt_directives.cpp (dispatch, blocks, transforms), pbrt_options.cpp (what stands before WorldBegin),
+// pbrt_textures.cpp, pbrt_materials.cpp, pbrt_shapes.cpp, pbrt_lights.cpp, pbrt_values.cpp.
 #pragma once
 
 #include <filesystem>
@@ -17,7 +18,8 @@ namespace lodestar {
 
 class PbrtBuilder {
  public:
-  // Relative names resolve against `folder`, the folder of the scene file as in pbrt, then against that of the file that names them.
+  // Relative names resolve against `folder`, the folder of the scene file as in pbrt, then against that of the file
+  // that names them.
   PbrtBuilder(const ParseOptions& options, std::filesystem::path folder);
 
   // Carries out a file's directives; includes recurse.
@@ -119,7 +121,8 @@ class PbrtBuilder {
   void MakeNamedMaterial(const Token&);
   MaterialKind ReadMaterial(const std::string& type, const Token& directive, PbrtParams& params);
   Roughness ReadRoughness(PbrtParams& params, const std::string& prefix, bool remap);
-  ConductorMaterial Conductor(PbrtParams& params, const std::string& prefix, const std::string& roughness_prefix, bool remap);
+  ConductorMaterial Conductor(PbrtParams& params, const std::string& prefix, const std::string& roughness_prefix,
+                              bool remap);
   MixMaterial Mix(PbrtParams& params);
   int NamedMaterialIndex(const std::string& name, const SourceLocation& where);
   void CheckMaterials() const;

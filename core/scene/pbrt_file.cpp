@@ -17,7 +17,8 @@ constexpr size_t kMaxInflated = size_t{1} << 34;
 
 std::string Inflate(const std::string& packed, const std::string& name) {
   z_stream stream{};
-  if (inflateInit2(&stream, 15 + 16) != Z_OK) throw Error(ErrorKind::kIo, name + ": cannot start decompression (out of memory?)");
+  if (inflateInit2(&stream, 15 + 16) != Z_OK)
+    throw Error(ErrorKind::kIo, name + ": cannot start decompression (out of memory?)");
   struct Ender {
     z_stream* s;
     ~Ender() { inflateEnd(s); }
@@ -25,7 +26,8 @@ std::string Inflate(const std::string& packed, const std::string& name) {
   std::string out;
   size_t used = 0, consumed = 0;
   const auto fail = [&](const std::string& why) {
-    throw Error(ErrorKind::kCorrupt, name + ": gzip data " + why + " (after " + std::to_string(used) + " bytes); copy or compress the file again");
+    throw Error(ErrorKind::kCorrupt, name + ": gzip data " + why + " (after " + std::to_string(used) +
+                                         " bytes); copy or compress the file again");
   };
   while (true) {
     if (out.size() - used < 1 << 16) out.resize(std::max<size_t>(out.size() * 2, size_t{1} << 18));
@@ -58,14 +60,16 @@ std::string ReadFileMaybeGzip(const std::filesystem::path& path) {
   std::error_code code;
   const auto status = std::filesystem::status(path, code);
   if (!std::filesystem::exists(status)) throw Error(ErrorKind::kNotFound, path.string() + ": no such file");
-  if (std::filesystem::is_directory(status)) throw Error(ErrorKind::kNotFound, path.string() + " is a folder, not a file");
+  if (std::filesystem::is_directory(status))
+    throw Error(ErrorKind::kNotFound, path.string() + " is a folder, not a file");
   std::ifstream in(path, std::ios::binary);
   if (!in) throw Error(ErrorKind::kIo, path.string() + ": cannot be opened; check its permissions");
   const auto size = std::filesystem::file_size(path, code);
   std::string bytes;
   if (!code) bytes.resize(size);
   in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (code || in.gcount() != static_cast<std::streamsize>(bytes.size())) throw Error(ErrorKind::kIo, path.string() + ": reading failed");
+  if (code || in.gcount() != static_cast<std::streamsize>(bytes.size()))
+    throw Error(ErrorKind::kIo, path.string() + ": reading failed");
   if (bytes.size() >= 2 && bytes[0] == '\x1f' && bytes[1] == '\x8b') return Inflate(bytes, path.string());
   return bytes;
 }

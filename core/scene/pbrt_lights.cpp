@@ -1,5 +1,6 @@
-// Lights. Strengths follow pbrt-v4: an rgb spectrum is taken as it is, any other spectrum has the luminance 1; "scale" multiplies; "power" and
-// "illuminance" replace the spectrum's own strength (luminance-weighted), and "scale" multiplies them as well.
+// Lights. Strengths follow pbrt-v4: an rgb spectrum is taken as it is, any other spectrum has the luminance 1; "scale"
+// multiplies; "power" and "illuminance" replace the spectrum's own strength (luminance-weighted), and "scale"
+// multiplies them as well.
 #include <cmath>
 
 #include "core/math/elementary.h"
@@ -19,7 +20,9 @@ Rgb WithStrength(PbrtParams& params, Rgb spectrum, std::string_view name, float 
   return spectrum * (scale * *wanted / (emitted * Luminance(spectrum)));
 }
 
-float Cosine(float degrees) { return SinCos(Radians(degrees)).cos; }
+float Cosine(float degrees) {
+  return SinCos(Radians(degrees)).cos;
+}
 
 }  // namespace
 
@@ -48,7 +51,9 @@ void PbrtBuilder::AreaLightSource(const Token& directive) {
 void PbrtBuilder::CheckLights() {
   for (ShapeDescription& shape : scene_.shapes) {
     if (!shape.light || !std::holds_alternative<InterfaceMaterial>(scene_.materials[shape.material].kind)) continue;
-    refusals_.Refuse(shape.where, "a light on a shape of the material \"interface\" is not supported: there is no surface that could emit");
+    refusals_.Refuse(
+        shape.where,
+        "a light on a shape of the material \"interface\" is not supported: there is no surface that could emit");
     shape.light.reset();
   }
 }
@@ -57,12 +62,15 @@ void PbrtBuilder::LightSource(const Token& directive) {
   InWorld(directive);
   const std::string type = NeedString("a light's type");
   PbrtParams params = Params(directive, type, "light");
-  if (type == "goniometric" || type == "projection") return refusals_.Refuse(directive.where(), params.label() + " is not supported; use point, spot, distant or infinite");
+  if (type == "goniometric" || type == "projection")
+    return refusals_.Refuse(directive.where(),
+                            params.label() + " is not supported; use point, spot, distant or infinite");
   LightDescription light;
   light.where = directive.where();
   light.world_from_light = state_.ctm;
   const auto aim = [&](Vec3 from, Vec3 to) {
-    if (from == to) FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + ": \"from\" and \"to\" are the same point");
+    if (from == to)
+      FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + ": \"from\" and \"to\" are the same point");
   };
   if (type == "point") {
     PointLight point;
@@ -78,10 +86,13 @@ void PbrtBuilder::LightSource(const Token& directive) {
     spot.cone_angle = params.PositiveFloat("coneangle", 30);
     spot.cone_delta = params.NonNegativeFloat("conedeltaangle", 5);
     if (spot.cone_angle > 180) params.Fail(*params.Find("coneangle", {"float"}), "must not exceed 180 degrees");
-    if (spot.cone_delta > spot.cone_angle) FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + ": \"conedeltaangle\" must not exceed \"coneangle\"");
+    if (spot.cone_delta > spot.cone_angle)
+      FailAt(params.where(), ErrorKind::kInvalidInput,
+             params.label() + ": \"conedeltaangle\" must not exceed \"coneangle\"");
     // Full intensity inside, and a smooth step (mean 1/2 over the cosine) to the edge.
     const float edge = Cosine(spot.cone_angle), full = Cosine(spot.cone_angle - spot.cone_delta);
-    spot.intensity = WithStrength(params, LightSpectrum(params, "I"), "power", 2 * kPi * ((1 - full) + (full - edge) / 2));
+    spot.intensity =
+        WithStrength(params, LightSpectrum(params, "I"), "power", 2 * kPi * ((1 - full) + (full - edge) / 2));
     light.kind = spot;
   } else if (type == "distant") {
     DistantLight distant;
@@ -93,7 +104,8 @@ void PbrtBuilder::LightSource(const Token& directive) {
   } else if (type == "infinite") {
     InfiniteLight infinite;
     if (const PbrtParam* file = params.Find("filename", {"string"})) {
-      if (const PbrtParam* l = params.Find("L", {"rgb", "spectrum", "blackbody"})) params.Fail(*l, "cannot be combined with \"filename\"; use \"scale\"");
+      if (const PbrtParam* l = params.Find("L", {"rgb", "spectrum", "blackbody"}))
+        params.Fail(*l, "cannot be combined with \"filename\"; use \"scale\"");
       infinite.path = NeedFile(params, *file, params.String("filename", ""));
       infinite.radiance = Rgb(params.NonNegativeFloat("scale", 1));
       params.Refuse({"illuminance"}, "it needs the image; use \"scale\"");
@@ -106,7 +118,10 @@ void PbrtBuilder::LightSource(const Token& directive) {
     UnknownType(directive, type, "point, spot, distant, infinite");
   }
   params.Finish();
-  if (current_object_ >= 0) return refusals_.Refuse(directive.where(), params.label() + " inside an object definition is not supported: lights cannot be instanced");
+  if (current_object_ >= 0)
+    return refusals_.Refuse(
+        directive.where(),
+        params.label() + " inside an object definition is not supported: lights cannot be instanced");
   scene_.lights.push_back(std::move(light));
 }
 

@@ -5,7 +5,9 @@
 namespace lodestar {
 namespace {
 
-constexpr const char* kSupported = "diffuse, conductor, dielectric, thindielectric, coateddiffuse, coatedconductor, diffusetransmission, mix, interface";
+constexpr const char* kSupported =
+    "diffuse, conductor, dielectric, thindielectric, coateddiffuse, coatedconductor, diffusetransmission, mix, "
+    "interface";
 
 bool IsUnsupportedMaterial(std::string_view type) {
   for (std::string_view name : {"subsurface", "hair", "measured"})
@@ -25,18 +27,21 @@ Roughness PbrtBuilder::ReadRoughness(PbrtParams& params, const std::string& pref
     const PbrtParam* own = params.Find(names[i], {"float", "texture"});
     *axes[i] = own ? FloatParam(params, names[i], 0) : both;
     if (axes[i]->texture >= 0) continue;
-    if (axes[i]->value < 0) params.Fail(own ? *own : *params.Find(prefix + "roughness", {"float"}), "must not be negative");
+    if (axes[i]->value < 0)
+      params.Fail(own ? *own : *params.Find(prefix + "roughness", {"float"}), "must not be negative");
     // pbrt-v4's remapping: alpha is the square root of the roughness.
     if (remap) axes[i]->value = std::sqrt(axes[i]->value);
   }
   return roughness;
 }
 
-ConductorMaterial PbrtBuilder::Conductor(PbrtParams& params, const std::string& prefix, const std::string& roughness_prefix, bool remap) {
+ConductorMaterial PbrtBuilder::Conductor(PbrtParams& params, const std::string& prefix,
+                                         const std::string& roughness_prefix, bool remap) {
   ConductorMaterial conductor;
   if (const PbrtParam* reflectance = params.Find("reflectance", {"rgb", "spectrum", "texture"})) {
     for (const std::string& name : {prefix + "eta", prefix + "k"})
-      if (const PbrtParam* other = params.Find(name, {"rgb", "spectrum", "texture"})) params.Fail(*other, "cannot be combined with \"reflectance\" (at " + reflectance->where.ToString() + ")");
+      if (const PbrtParam* other = params.Find(name, {"rgb", "spectrum", "texture"}))
+        params.Fail(*other, "cannot be combined with \"reflectance\" (at " + reflectance->where.ToString() + ")");
     conductor.has_reflectance = true;
     conductor.reflectance = RgbParam(params, "reflectance", Rgb(1), true);
   }
@@ -49,25 +54,31 @@ ConductorMaterial PbrtBuilder::Conductor(PbrtParams& params, const std::string& 
 
 MixMaterial PbrtBuilder::Mix(PbrtParams& params) {
   const PbrtParam* names = params.Find("materials", {"string"});
-  if (!names) FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + " needs \"string materials\" with two names");
+  if (!names)
+    FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + " needs \"string materials\" with two names");
   if (names->strings.size() != 2) params.Fail(*names, "takes two names, not " + std::to_string(names->strings.size()));
   MixMaterial mix;
   mix.a = NamedMaterialIndex(names->strings[0], names->where);
   mix.b = NamedMaterialIndex(names->strings[1], names->where);
   mix.amount = FloatParam(params, "amount", 0.5f);
-  if (mix.amount.texture < 0 && !(mix.amount.value >= 0 && mix.amount.value <= 1)) params.Fail(*params.Find("amount", {"float"}), "must be between 0 and 1");
+  if (mix.amount.texture < 0 && !(mix.amount.value >= 0 && mix.amount.value <= 1))
+    params.Fail(*params.Find("amount", {"float"}), "must be between 0 and 1");
   return mix;
 }
 
-PbrtBuilder::MaterialKind PbrtBuilder::ReadMaterial(const std::string& type, const Token& directive, PbrtParams& params) {
+PbrtBuilder::MaterialKind PbrtBuilder::ReadMaterial(const std::string& type, const Token& directive,
+                                                    PbrtParams& params) {
   if (IsUnsupportedMaterial(type)) {
     refusals_.Refuse(directive.where(), params.label() + " is not supported; use one of: " + kSupported);
     return DiffuseMaterial{};  // lenient: a stand-in
   }
   MaterialKind kind;
   const bool remap = params.Bool("remaproughness", true);
-  const bool rough = type == "conductor" || type == "dielectric" || type == "coateddiffuse" || type == "coatedconductor";
-  if (const PbrtParam* unwanted = rough ? nullptr : params.Find("remaproughness", {"bool"}); unwanted && !unwanted->inherited) params.Fail(*unwanted, "is not used: it has no roughness");
+  const bool rough =
+      type == "conductor" || type == "dielectric" || type == "coateddiffuse" || type == "coatedconductor";
+  if (const PbrtParam* unwanted = rough ? nullptr : params.Find("remaproughness", {"bool"});
+      unwanted && !unwanted->inherited)
+    params.Fail(*unwanted, "is not used: it has no roughness");
   if (type == "diffuse") {
     kind = DiffuseMaterial{RgbParam(params, "reflectance", Rgb(0.5f), true)};
   } else if (type == "conductor") {
@@ -77,7 +88,8 @@ PbrtBuilder::MaterialKind PbrtBuilder::ReadMaterial(const std::string& type, con
   } else if (type == "thindielectric") {
     kind = ThinDielectricMaterial{Eta(params, "eta", 1.5f)};
   } else if (type == "coateddiffuse") {
-    kind = CoatedDiffuseMaterial{RgbParam(params, "reflectance", Rgb(0.5f), true), Eta(params, "eta", 1.5f), ReadRoughness(params, "", remap)};
+    kind = CoatedDiffuseMaterial{RgbParam(params, "reflectance", Rgb(0.5f), true), Eta(params, "eta", 1.5f),
+                                 ReadRoughness(params, "", remap)};
   } else if (type == "coatedconductor") {
     CoatedConductorMaterial coated;
     coated.interface_eta = Eta(params, "interface.eta", 1.5f);
@@ -102,9 +114,11 @@ PbrtBuilder::MaterialKind PbrtBuilder::ReadMaterial(const std::string& type, con
     params.Accept({type == "coateddiffuse" ? "thickness" : "interface.thickness", "maxdepth", "nsamples", "g"});
     if (type == "coatedconductor") params.Accept({"thickness"});
     if (const PbrtParam* albedo = params.Find("albedo", {"rgb", "spectrum", "texture"}))
-      if (albedo->type == "texture" || !IsBlack(SurfaceSpectrum(params, *albedo, true))) params.Refuse({"albedo"}, "there is no medium between the layers; only 0 is");
+      if (albedo->type == "texture" || !IsBlack(SurfaceSpectrum(params, *albedo, true)))
+        params.Refuse({"albedo"}, "there is no medium between the layers; only 0 is");
   }
-  if (type != "mix" && type != "interface") params.Refuse({"displacement", "normalmap"}, "surfaces are shaded as their geometry is");
+  if (type != "mix" && type != "interface")
+    params.Refuse({"displacement", "normalmap"}, "surfaces are shaded as their geometry is");
   params.Finish();
   return kind;
 }
@@ -120,7 +134,8 @@ void PbrtBuilder::Material(const Token& directive) {
 
 // A name may be used before it is defined: its place is taken at first sight and filled by MakeNamedMaterial.
 int PbrtBuilder::NamedMaterialIndex(const std::string& name, const SourceLocation& where) {
-  const auto [entry, is_new] = named_materials_.try_emplace(name, NamedMaterialEntry{static_cast<int>(scene_.materials.size()), false, where});
+  const auto [entry, is_new] =
+      named_materials_.try_emplace(name, NamedMaterialEntry{static_cast<int>(scene_.materials.size()), false, where});
   if (is_new) scene_.materials.push_back({name, DiffuseMaterial{}, where});
   return entry->second.index;
 }
@@ -138,7 +153,9 @@ void PbrtBuilder::MakeNamedMaterial(const Token& directive) {
   if (!type) FailAt(directive.where(), ErrorKind::kInvalidInput, params.label() + " needs a \"string type\"");
   const int index = NamedMaterialIndex(name, directive.where());
   NamedMaterialEntry& entry = named_materials_.at(name);
-  if (entry.defined) FailAt(directive.where(), ErrorKind::kInvalidInput, "a material \"" + name + "\" is defined already, at " + scene_.materials[index].where.ToString());
+  if (entry.defined)
+    FailAt(directive.where(), ErrorKind::kInvalidInput,
+           "a material \"" + name + "\" is defined already, at " + scene_.materials[index].where.ToString());
   entry.defined = true;
   MaterialKind kind = ReadMaterial(*type, directive, params);
   scene_.materials[index] = {name, std::move(kind), directive.where()};
@@ -146,7 +163,9 @@ void PbrtBuilder::MakeNamedMaterial(const Token& directive) {
 
 void PbrtBuilder::CheckMaterials() const {
   for (const auto& [name, entry] : named_materials_)
-    if (!entry.defined) FailAt(entry.first_use, ErrorKind::kInvalidInput, "material \"" + name + "\" is used, but no MakeNamedMaterial defines it");
+    if (!entry.defined)
+      FailAt(entry.first_use, ErrorKind::kInvalidInput,
+             "material \"" + name + "\" is used, but no MakeNamedMaterial defines it");
   // Mixes may nest, but not in a circle. Depth-first, with a stack of its own; 0 unseen, 1 on the path, 2 done.
   std::vector<int> mark(scene_.materials.size(), 0);
   for (size_t start = 0; start < mark.size(); ++start) {
@@ -158,7 +177,8 @@ void PbrtBuilder::CheckMaterials() const {
         mark[at] = 1;
         if (mix)
           for (int next : {mix->a, mix->b}) {
-            if (mark[next] == 1) FailAt(scene_.materials[at].where, ErrorKind::kInvalidInput, "this mix of materials contains itself");
+            if (mark[next] == 1)
+              FailAt(scene_.materials[at].where, ErrorKind::kInvalidInput, "this mix of materials contains itself");
             if (mark[next] == 0) path.push_back(next);
           }
       } else {

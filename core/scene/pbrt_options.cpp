@@ -8,7 +8,9 @@ namespace {
 
 constexpr int kMaxResolution = 65536;
 
-bool IsOneOf(std::string_view text, std::initializer_list<std::string_view> list) { return std::find(list.begin(), list.end(), text) != list.end(); }
+bool IsOneOf(std::string_view text, std::initializer_list<std::string_view> list) {
+  return std::find(list.begin(), list.end(), text) != list.end();
+}
 
 }  // namespace
 
@@ -16,17 +18,25 @@ void PbrtBuilder::Integrator(const Token& directive) {
   BeforeWorld(directive);
   const std::string type = NeedString("an integrator's name");
   PbrtParams params = Params(directive, type);
-  if (IsOneOf(type, {"ambientocclusion", "function"})) return refusals_.Refuse(directive.where(), params.label() + " is not supported: it computes another image than light transport");
+  if (IsOneOf(type, {"ambientocclusion", "function"}))
+    return refusals_.Refuse(directive.where(),
+                            params.label() + " is not supported: it computes another image than light transport");
   // All of these estimate the same image; the method is chosen on the command line.
-  if (!IsOneOf(type, {"path", "volpath", "simplepath", "simplevolpath", "bdpt", "mlt", "sppm", "lightpath", "randomwalk"}))
-    UnknownType(directive, type, "path, volpath, simplepath, simplevolpath, bdpt, mlt, sppm, lightpath, randomwalk (only \"maxdepth\" is used)");
+  if (!IsOneOf(type,
+               {"path", "volpath", "simplepath", "simplevolpath", "bdpt", "mlt", "sppm", "lightpath", "randomwalk"}))
+    UnknownType(
+        directive, type,
+        "path, volpath, simplepath, simplevolpath, bdpt, mlt, sppm, lightpath, randomwalk (only \"maxdepth\" is used)");
   scene_.max_depth = params.Int("maxdepth", 5);
-  if (scene_.max_depth < 0) FailAt(params.where(), ErrorKind::kInvalidInput, "\"integer maxdepth\" of " + params.label() + " must not be negative");
+  if (scene_.max_depth < 0)
+    FailAt(params.where(), ErrorKind::kInvalidInput,
+           "\"integer maxdepth\" of " + params.label() + " must not be negative");
   params.RefuseUnless("regularize", false, "it changes the image");
   params.RefuseUnless("visualizestrategies", false, "a debugging aid of pbrt");
   params.RefuseUnless("visualizeweights", false, "a debugging aid of pbrt");
   params.Accept({"lightsampler", "samplelights", "samplebsdf"});
-  if (type == "mlt") params.Accept({"bootstrapsamples", "chains", "mutationsperpixel", "largestepprobability", "sigma"});
+  if (type == "mlt")
+    params.Accept({"bootstrapsamples", "chains", "mutationsperpixel", "largestepprobability", "sigma"});
   if (type == "sppm") params.Accept({"photonsperiteration", "radius", "seed"});
   params.Finish();
 }
@@ -35,16 +45,22 @@ void PbrtBuilder::Sampler(const Token& directive) {
   BeforeWorld(directive);
   const std::string type = NeedString("a sampler's name");
   if (!IsOneOf(type, {"halton", "independent", "paddedsobol", "sobol", "stratified", "zsobol", "pmj02bn"}))
-    UnknownType(directive, type, "halton, independent, paddedsobol, sobol, stratified, zsobol, pmj02bn (only the number of samples is used)");
+    UnknownType(
+        directive, type,
+        "halton, independent, paddedsobol, sobol, stratified, zsobol, pmj02bn (only the number of samples is used)");
   PbrtParams params = Params(directive, type);
   if (type == "stratified") {
     const int x = params.Int("xsamples", 4), y = params.Int("ysamples", 4);
-    if (x <= 0 || y <= 0 || x > (1 << 30) / y) FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + ": xsamples and ysamples must be greater than 0");
+    if (x <= 0 || y <= 0 || x > (1 << 30) / y)
+      FailAt(params.where(), ErrorKind::kInvalidInput,
+             params.label() + ": xsamples and ysamples must be greater than 0");
     scene_.samples_per_pixel = x * y;
     params.Accept({"jitter"});
   } else {
     scene_.samples_per_pixel = params.Int("pixelsamples", 16);
-    if (scene_.samples_per_pixel <= 0) FailAt(params.where(), ErrorKind::kInvalidInput, "\"integer pixelsamples\" of " + params.label() + " must be greater than 0");
+    if (scene_.samples_per_pixel <= 0)
+      FailAt(params.where(), ErrorKind::kInvalidInput,
+             "\"integer pixelsamples\" of " + params.label() + " must be greater than 0");
   }
   params.Accept({"randomization", "seed"});
   params.Finish();
@@ -88,10 +104,14 @@ void PbrtBuilder::Film(const Token& directive) {
   PbrtParams params = Params(directive, type);
   const int x = params.Int("xresolution", 1280), y = params.Int("yresolution", 720);
   if (x <= 0 || y <= 0 || x > kMaxResolution || y > kMaxResolution)
-    FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + ": the resolution " + std::to_string(x) + " x " + std::to_string(y) + " is outside of 1 to " + std::to_string(kMaxResolution));
+    FailAt(params.where(), ErrorKind::kInvalidInput,
+           params.label() + ": the resolution " + std::to_string(x) + " x " + std::to_string(y) +
+               " is outside of 1 to " + std::to_string(kMaxResolution));
   scene_.resolution_x = x;
   scene_.resolution_y = y;
-  if (type != "rgb") return refusals_.Refuse(directive.where(), params.label() + " is not supported; use rgb (images carry their own auxiliary layers)");
+  if (type != "rgb")
+    return refusals_.Refuse(directive.where(),
+                            params.label() + " is not supported; use rgb (images carry their own auxiliary layers)");
   // The output's name is given on the command line; the sensor's size only serves cameras that are not supported.
   params.Accept({"filename", "diagonal", "savefp16"});
   params.RefuseUnless("cropwindow", {0, 1, 0, 1}, "it changes the image");
@@ -106,7 +126,8 @@ void PbrtBuilder::Film(const Token& directive) {
 void PbrtBuilder::Camera(const Token& directive) {
   BeforeWorld(directive);
   const std::string type = NeedString("a camera's name");
-  if (!IsOneOf(type, {"perspective", "orthographic", "realistic", "spherical"})) UnknownType(directive, type, "perspective");
+  if (!IsOneOf(type, {"perspective", "orthographic", "realistic", "spherical"}))
+    UnknownType(directive, type, "perspective");
   PbrtParams params = Params(directive, type);
   CameraDescription camera;
   camera.camera_from_world = state_.ctm;
@@ -117,17 +138,21 @@ void PbrtBuilder::Camera(const Token& directive) {
     return;
   }
   camera.fov = params.Float("fov", 90);
-  if (!(camera.fov > 0 && camera.fov < 180)) FailAt(params.where(), ErrorKind::kInvalidInput, "\"float fov\" of " + params.label() + " must be between 0 and 180 degrees");
+  if (!(camera.fov > 0 && camera.fov < 180))
+    FailAt(params.where(), ErrorKind::kInvalidInput,
+           "\"float fov\" of " + params.label() + " must be between 0 and 180 degrees");
   camera.lens_radius = params.NonNegativeFloat("lensradius", 0);
   camera.focal_distance = params.PositiveFloat("focaldistance", 1e6f);
   if (params.Find("frameaspectratio", {"float"})) {
     const float aspect = params.PositiveFloat("frameaspectratio", 1);
-    camera.screen_window = aspect > 1 ? std::array{-aspect, aspect, -1.0f, 1.0f} : std::array{-1.0f, 1.0f, -1 / aspect, 1 / aspect};
+    camera.screen_window =
+        aspect > 1 ? std::array{-aspect, aspect, -1.0f, 1.0f} : std::array{-1.0f, 1.0f, -1 / aspect, 1 / aspect};
   }
   const std::vector<float> window = params.Floats("screenwindow");
   if (params.Find("screenwindow", {"float"})) {
     if (window.size() != 4 || !(window[0] < window[1]) || !(window[2] < window[3]))
-      FailAt(params.where(), ErrorKind::kInvalidInput, "\"float screenwindow\" of " + params.label() + " takes four numbers: x0 < x1, y0 < y1");
+      FailAt(params.where(), ErrorKind::kInvalidInput,
+             "\"float screenwindow\" of " + params.label() + " takes four numbers: x0 < x1, y0 < y1");
     std::copy(window.begin(), window.end(), camera.screen_window.begin());
   }
   params.Accept({"shutteropen", "shutterclose"});  // nothing moves
@@ -150,16 +175,22 @@ void PbrtBuilder::Option(const Token& directive) {
   Token value = Need("the option's value");
   if (value.kind == Token::Kind::kOpen) {
     value = Need("the option's value");
-    if (value.kind != Token::Kind::kClose && Need("]").kind != Token::Kind::kClose) FailAt(value.where(), ErrorKind::kInvalidInput, "Option \"" + name + "\" takes one value");
+    if (value.kind != Token::Kind::kClose && Need("]").kind != Token::Kind::kClose)
+      FailAt(value.where(), ErrorKind::kInvalidInput, "Option \"" + name + "\" takes one value");
   }
-  if (value.kind == Token::Kind::kOpen || value.kind == Token::Kind::kClose) FailAt(value.where(), ErrorKind::kInvalidInput, "expected the value of Option \"" + name + "\"");
+  if (value.kind == Token::Kind::kOpen || value.kind == Token::Kind::kClose)
+    FailAt(value.where(), ErrorKind::kInvalidInput, "expected the value of Option \"" + name + "\"");
   if (IsOneOf(name, {"disablepixeljitter", "disabletexturefiltering", "forcediffuse"})) {
-    if (value.text == "true") refusals_.Refuse(directive.where(), "Option \"" + name + "\" is not supported: it changes the image");
-    else if (value.text != "false") FailAt(value.where(), ErrorKind::kInvalidInput, "Option \"" + name + "\" takes true or false, not " + value.text);
+    if (value.text == "true")
+      refusals_.Refuse(directive.where(), "Option \"" + name + "\" is not supported: it changes the image");
+    else if (value.text != "false")
+      FailAt(value.where(), ErrorKind::kInvalidInput, "Option \"" + name + "\" takes true or false, not " + value.text);
     return;
   }
   // No effect here: no wavelengths, no displacement, seeds from the command line, statistics of pbrt's own.
-  if (IsOneOf(name, {"disablewavelengthjitter", "displacementedgescale", "msereferenceimage", "msereferenceout", "rendercoordsys", "seed", "pixelstats", "wavefront"})) return;
+  if (IsOneOf(name, {"disablewavelengthjitter", "displacementedgescale", "msereferenceimage", "msereferenceout",
+                     "rendercoordsys", "seed", "pixelstats", "wavefront"}))
+    return;
   FailAt(directive.where(), ErrorKind::kInvalidInput, "pbrt-v4 has no Option \"" + name + "\"");
 }
 
@@ -168,8 +199,10 @@ void PbrtBuilder::Accelerator(const Token& directive) {
   const std::string type = NeedString("an accelerator's name");
   if (!IsOneOf(type, {"bvh", "kdtree"})) UnknownType(directive, type, "bvh, kdtree (without effect)");
   PbrtParams params = Params(directive, type);
-  if (type == "bvh") params.Accept({"maxnodeprims", "splitmethod"});
-  else params.Accept({"intersectcost", "traversalcost", "emptybonus", "maxprims", "maxdepth"});
+  if (type == "bvh")
+    params.Accept({"maxnodeprims", "splitmethod"});
+  else
+    params.Accept({"intersectcost", "traversalcost", "emptybonus", "maxprims", "maxdepth"});
   params.Finish();
 }
 
@@ -178,13 +211,15 @@ void PbrtBuilder::MediumInterface(const Token& directive) {
   std::string outside = inside;
   if (in_->Peek() && in_->Peek()->kind == Token::Kind::kString) outside = in_->Next()->text;
   // Vacuum on both sides is what everything is in.
-  if (!inside.empty() || !outside.empty()) refusals_.Refuse(directive.where(), "MediumInterface is not supported: there are no participating media");
+  if (!inside.empty() || !outside.empty())
+    refusals_.Refuse(directive.where(), "MediumInterface is not supported: there are no participating media");
 }
 
 void PbrtBuilder::MakeNamedMedium(const Token& directive) {
   const std::string name = NeedString("a medium's name");
   ReadPbrtParams(*in_);
-  refusals_.Refuse(directive.where(), "MakeNamedMedium \"" + name + "\" is not supported: there are no participating media");
+  refusals_.Refuse(directive.where(),
+                   "MakeNamedMedium \"" + name + "\" is not supported: there are no participating media");
 }
 
 }  // namespace lodestar

@@ -8,7 +8,9 @@
 namespace lodestar {
 namespace {
 
-std::string Quoted(std::string_view text) { return "\"" + std::string(text) + "\""; }
+std::string Quoted(std::string_view text) {
+  return "\"" + std::string(text) + "\"";
+}
 
 template <class Strings>
 std::string List(const Strings& strings) {
@@ -17,22 +19,26 @@ std::string List(const Strings& strings) {
   return out;
 }
 
-constexpr std::string_view kTypes[] = {"integer", "float", "point2", "vector2", "point3", "vector3", "normal", "bool", "string", "texture", "rgb", "spectrum", "blackbody"};
+constexpr std::string_view kTypes[] = {"integer", "float",  "point2",  "vector2", "point3",   "vector3",  "normal",
+                                       "bool",    "string", "texture", "rgb",     "spectrum", "blackbody"};
 
 // `declared` is "type name" in quotes; passed in, since a mesh has millions of values.
 void ReadValue(const Token& token, const std::string& declared, const std::string& declared_takes, PbrtParam* param) {
   if (param->type == "string" || param->type == "texture") {
-    if (token.kind != Token::Kind::kString) FailAt(token.where(), ErrorKind::kInvalidInput, declared + " takes a quoted string, not " + token.text);
+    if (token.kind != Token::Kind::kString)
+      FailAt(token.where(), ErrorKind::kInvalidInput, declared + " takes a quoted string, not " + token.text);
     param->strings.push_back(token.text);
   } else if (param->type == "bool") {
     if (!token.IsWord("true") && !token.IsWord("false"))
-      FailAt(token.where(), ErrorKind::kInvalidInput, declared + " takes true or false (without quotes), not " + Quoted(token.text));
+      FailAt(token.where(), ErrorKind::kInvalidInput,
+             declared + " takes true or false (without quotes), not " + Quoted(token.text));
     param->bools.push_back(token.text == "true");
   } else if (param->type == "spectrum" && token.kind == Token::Kind::kString) {
     param->strings.push_back(token.text);
   } else {
     const double value = PbrtNumber(token, declared_takes);
-    if (param->type == "integer" && (value != std::floor(value) || std::fabs(value) > std::numeric_limits<int32_t>::max()))
+    if (param->type == "integer" &&
+        (value != std::floor(value) || std::fabs(value) > std::numeric_limits<int32_t>::max()))
       FailAt(token.where(), ErrorKind::kInvalidInput, declared + " takes 32-bit integers, not " + token.text);
     param->numbers.push_back(value);
   }
@@ -45,14 +51,16 @@ PbrtParam ReadDeclaration(const Token& token) {
   const size_t gap = start == std::string::npos ? start : token.text.find_first_of(" \t", start);
   const size_t name = gap == std::string::npos ? gap : token.text.find_first_not_of(" \t", gap);
   if (name == std::string::npos)
-    FailAt(param.where, ErrorKind::kInvalidInput, "expected a parameter \"type name\", for example \"float radius\", but found " + Quoted(token.text));
+    FailAt(param.where, ErrorKind::kInvalidInput,
+           "expected a parameter \"type name\", for example \"float radius\", but found " + Quoted(token.text));
   param.type = token.text.substr(start, gap - start);
   param.name = token.text.substr(name, token.text.find_last_not_of(" \t") + 1 - name);
   if (param.type == "point") param.type = "point3";
   if (param.type == "vector") param.type = "vector3";
   if (param.type == "normal3") param.type = "normal";
   if (std::find(std::begin(kTypes), std::end(kTypes), param.type) == std::end(kTypes))
-    FailAt(param.where, ErrorKind::kInvalidInput, "unknown parameter type " + Quoted(param.type) + "; pbrt-v4 has " + List(kTypes));
+    FailAt(param.where, ErrorKind::kInvalidInput,
+           "unknown parameter type " + Quoted(param.type) + "; pbrt-v4 has " + List(kTypes));
   return param;
 }
 
@@ -72,7 +80,9 @@ double PbrtNumber(const Token& token, std::string_view what) {
   if (token.kind != Token::Kind::kWord || error == std::errc::invalid_argument || last != end)
     FailAt(token.where(), ErrorKind::kInvalidInput, std::string(what) + " a number, not " + Quoted(token.text));
   // Numbers too small to represent are zero; NaN, infinity and what overflows a float are refused.
-  if (error == std::errc::result_out_of_range && token.text.find("e-") == std::string::npos && token.text.find("E-") == std::string::npos) value = HUGE_VAL;
+  if (error == std::errc::result_out_of_range && token.text.find("e-") == std::string::npos &&
+      token.text.find("E-") == std::string::npos)
+    value = HUGE_VAL;
   if (!(std::fabs(value) <= std::numeric_limits<float>::max()))
     FailAt(token.where(), ErrorKind::kInvalidInput, std::string(what) + " a finite number, not " + Quoted(token.text));
   return value;
@@ -82,13 +92,17 @@ std::vector<PbrtParam> ReadPbrtParams(Tokenizer& in) {
   std::vector<PbrtParam> params;
   while (in.Peek() && in.Peek()->kind == Token::Kind::kString) {
     PbrtParam param = ReadDeclaration(*in.Next());
-    const auto twin = std::find_if(params.begin(), params.end(), [&](const PbrtParam& p) { return p.name == param.name; });
+    const auto twin =
+        std::find_if(params.begin(), params.end(), [&](const PbrtParam& p) { return p.name == param.name; });
     if (twin != params.end())
-      FailAt(param.where, ErrorKind::kInvalidInput, "parameter " + Quoted(param.name) + " is given twice; first at " + twin->where.ToString());
+      FailAt(param.where, ErrorKind::kInvalidInput,
+             "parameter " + Quoted(param.name) + " is given twice; first at " + twin->where.ToString());
     const auto first = in.Next();
     const std::string declared = Quoted(param.type + " " + param.name), declared_takes = declared + " takes";
-    if (!first) FailAt(in.Here(), ErrorKind::kInvalidInput, "the file ends where the value of " + declared + " should be");
-    if (first->kind == Token::Kind::kClose) FailAt(first->where(), ErrorKind::kInvalidInput, "expected the value of " + declared + ", not ]");
+    if (!first)
+      FailAt(in.Here(), ErrorKind::kInvalidInput, "the file ends where the value of " + declared + " should be");
+    if (first->kind == Token::Kind::kClose)
+      FailAt(first->where(), ErrorKind::kInvalidInput, "expected the value of " + declared + ", not ]");
     if (first->kind != Token::Kind::kOpen) {
       ReadValue(*first, declared, declared_takes, &param);
     } else {
@@ -96,7 +110,8 @@ std::vector<PbrtParam> ReadPbrtParams(Tokenizer& in) {
         const auto token = in.Next();
         if (!token) FailAt(first->where(), ErrorKind::kInvalidInput, "this [ of " + declared + " is never closed");
         if (token->kind == Token::Kind::kClose) break;
-        if (token->kind == Token::Kind::kOpen) FailAt(token->where(), ErrorKind::kInvalidInput, "a [ inside the values of " + declared);
+        if (token->kind == Token::Kind::kOpen)
+          FailAt(token->where(), ErrorKind::kInvalidInput, "a [ inside the values of " + declared);
         ReadValue(*token, declared, declared_takes, &param);
       }
     }
@@ -105,7 +120,8 @@ std::vector<PbrtParam> ReadPbrtParams(Tokenizer& in) {
   return params;
 }
 
-PbrtParams::PbrtParams(std::string label, SourceLocation where, std::vector<PbrtParam> params, const std::vector<PbrtParam>& inherited, PbrtRefusals* refusals)
+PbrtParams::PbrtParams(std::string label, SourceLocation where, std::vector<PbrtParam> params,
+                       const std::vector<PbrtParam>& inherited, PbrtRefusals* refusals)
     : label_(std::move(label)), where_(std::move(where)), params_(std::move(params)), refusals_(refusals) {
   const size_t own = params_.size();
   for (const PbrtParam& param : inherited) {
@@ -135,7 +151,8 @@ const PbrtParam* PbrtParams::Find(std::string_view name, std::initializer_list<s
   const PbrtParam* param = Known(name);
   if (param && std::find(types.begin(), types.end(), param->type) == types.end()) {
     std::string expected;
-    for (std::string_view type : types) expected += (expected.empty() ? "" : " or ") + Quoted(std::string(type) + " " + std::string(name));
+    for (std::string_view type : types)
+      expected += (expected.empty() ? "" : " or ") + Quoted(std::string(type) + " " + std::string(name));
     Fail(*param, "has the wrong type: expected " + expected);
   }
   return param;
@@ -153,7 +170,9 @@ std::optional<float> PbrtParams::FindFloat(std::string_view name) {
   const PbrtParam* param = One(name, "float");
   return param ? std::optional<float>(static_cast<float>(param->numbers[0])) : std::nullopt;
 }
-float PbrtParams::Float(std::string_view name, float otherwise) { return FindFloat(name).value_or(otherwise); }
+float PbrtParams::Float(std::string_view name, float otherwise) {
+  return FindFloat(name).value_or(otherwise);
+}
 float PbrtParams::PositiveFloat(std::string_view name, float otherwise) {
   const float value = Float(name, otherwise);
   if (!(value > 0)) Fail(*Known(name), "must be greater than 0");
@@ -195,7 +214,8 @@ std::vector<uint32_t> PbrtParams::Indices(std::string_view name, size_t limit) {
   indices.reserve(param->numbers.size());
   for (double index : param->numbers) {
     if (!(index >= 0 && index < static_cast<double>(limit)))
-      Fail(*param, "has the index " + std::to_string(static_cast<int64_t>(index)) + ", out of range: there are " + std::to_string(limit) + " vertices");
+      Fail(*param, "has the index " + std::to_string(static_cast<int64_t>(index)) + ", out of range: there are " +
+                       std::to_string(limit) + " vertices");
     indices.push_back(static_cast<uint32_t>(index));
   }
   return indices;
@@ -204,19 +224,23 @@ std::vector<uint32_t> PbrtParams::Indices(std::string_view name, size_t limit) {
 std::vector<Vec3> PbrtParams::Vec3s(std::string_view name, std::string_view type) {
   const PbrtParam* param = Find(name, {type});
   if (!param) return {};
-  if (param->numbers.empty() || param->numbers.size() % 3 != 0) Fail(*param, "takes three numbers a value, not " + std::to_string(param->numbers.size()) + " in all");
+  if (param->numbers.empty() || param->numbers.size() % 3 != 0)
+    Fail(*param, "takes three numbers a value, not " + std::to_string(param->numbers.size()) + " in all");
   std::vector<Vec3> values(param->numbers.size() / 3);
-  for (size_t i = 0; i < param->numbers.size(); ++i) values[i / 3][static_cast<int>(i % 3)] = static_cast<float>(param->numbers[i]);
+  for (size_t i = 0; i < param->numbers.size(); ++i)
+    values[i / 3][static_cast<int>(i % 3)] = static_cast<float>(param->numbers[i]);
   return values;
 }
 
 std::vector<Vec2> PbrtParams::Vec2s(std::string_view name, std::string_view type) {
   const PbrtParam* param = Find(name, {type});
   if (!param) return {};
-  if (param->numbers.size() % 2 != 0) Fail(*param, "takes two numbers a value, not " + std::to_string(param->numbers.size()) + " in all");
+  if (param->numbers.size() % 2 != 0)
+    Fail(*param, "takes two numbers a value, not " + std::to_string(param->numbers.size()) + " in all");
   std::vector<Vec2> values;
   values.reserve(param->numbers.size() / 2);
-  for (size_t i = 0; i < param->numbers.size(); i += 2) values.push_back({static_cast<float>(param->numbers[i]), static_cast<float>(param->numbers[i + 1])});
+  for (size_t i = 0; i < param->numbers.size(); i += 2)
+    values.push_back({static_cast<float>(param->numbers[i]), static_cast<float>(param->numbers[i + 1])});
   return values;
 }
 
@@ -226,7 +250,9 @@ void PbrtParams::Accept(std::initializer_list<std::string_view> names) {
 
 void PbrtParams::Refuse(std::initializer_list<std::string_view> names, const std::string& why) {
   for (std::string_view name : names)
-    if (const PbrtParam* param = Known(name)) refusals_->Refuse(param->where, "\"" + param->type + " " + param->name + "\" of " + label_ + " is not supported: " + why);
+    if (const PbrtParam* param = Known(name))
+      refusals_->Refuse(param->where,
+                        "\"" + param->type + " " + param->name + "\" of " + label_ + " is not supported: " + why);
 }
 
 void PbrtParams::RefuseUnless(std::string_view name, std::initializer_list<float> value, const std::string& why) {

@@ -1,5 +1,5 @@
-// The parameter list of one directive: "type name" value pairs, fetched by name with their type checked. What no one fetched is an
-// error when the list is finished, so that nothing in a file is silently ignored.
+// The parameter list of one directive: "type name" value pairs, fetched by name with their type checked. What no one
+// fetched is an error when the list is finished, so that nothing in a file is silently ignored.
 #pragma once
 
 #include <initializer_list>
@@ -13,7 +13,8 @@
 
 namespace lodestar {
 
-// What to do with something valid in pbrt-v4 that is not supported here: throw Error(kUnsupported), or (lenient) write it down.
+// What to do with something valid in pbrt-v4 that is not supported here: throw Error(kUnsupported), or (lenient) write
+// it down.
 class PbrtRefusals {
  public:
   explicit PbrtRefusals(bool lenient) : lenient_(lenient) {}
@@ -43,7 +44,8 @@ double PbrtNumber(const Token& token, std::string_view what);
 class PbrtParams {
  public:
   // `label` names the directive in messages: Shape "sphere". Inherited ones hold where the list has none of that name.
-  PbrtParams(std::string label, SourceLocation where, std::vector<PbrtParam> params, const std::vector<PbrtParam>& inherited, PbrtRefusals* refusals);
+  PbrtParams(std::string label, SourceLocation where, std::vector<PbrtParam> params,
+             const std::vector<PbrtParam>& inherited, PbrtRefusals* refusals);
 
   const std::string& label() const { return label_; }
   const SourceLocation& where() const { return where_; }
@@ -59,7 +61,9 @@ class PbrtParams {
   int Int(std::string_view name, int otherwise);
   bool Bool(std::string_view name, bool otherwise);
   std::optional<std::string> FindString(std::string_view name);
-  std::string String(std::string_view name, const std::string& otherwise) { return FindString(name).value_or(otherwise); }
+  std::string String(std::string_view name, const std::string& otherwise) {
+    return FindString(name).value_or(otherwise);
+  }
   Vec3 Point(std::string_view name, Vec3 otherwise);
   // Empty where absent.
   std::vector<float> Floats(std::string_view name);

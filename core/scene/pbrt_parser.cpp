@@ -6,7 +6,8 @@
 namespace lodestar {
 namespace {
 
-SceneDescription Parse(PbrtBuilder& builder, std::string text, const std::string& name, const std::filesystem::path& folder) {
+SceneDescription Parse(PbrtBuilder& builder, std::string text, const std::string& name,
+                       const std::filesystem::path& folder) {
   Tokenizer in(std::move(text), name);
   builder.Read(in, folder);
   return builder.Finish(in.Here());
@@ -21,7 +22,8 @@ SceneDescription ParsePbrtFile(const std::filesystem::path& path, const ParseOpt
   return Parse(builder, std::move(text), path.string(), path.parent_path());
 }
 
-SceneDescription ParsePbrtText(std::string_view text, const std::string& name, const std::filesystem::path& folder, const ParseOptions& options) {
+SceneDescription ParsePbrtText(std::string_view text, const std::string& name, const std::filesystem::path& folder,
+                               const ParseOptions& options) {
   PbrtBuilder builder(options, folder);
   return Parse(builder, std::string(text), name, folder);
 }

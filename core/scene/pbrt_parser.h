@@ -1,4 +1,5 @@
-// pbrt-v4 scene files (pbrt.org/fileformat-v4). Streaming, hand-written; every error carries file:line:column and what to try.
+// pbrt-v4 scene files (pbrt.org/fileformat-v4). Streaming, hand-written; every error carries file:line:column and what
+// to try.
 #pragma once
 
 #include <filesystem>
@@ -13,10 +14,11 @@ struct ParseOptions {
   bool lenient = false;
 };
 
-// Throws Error: kNotFound for missing files, kUnsupported for a directive or parameter that exists in pbrt-v4 and not here, kInvalidInput
-// for everything that is not pbrt-v4.
+// Throws Error: kNotFound for missing files, kUnsupported for a directive or parameter that exists in pbrt-v4 and not
+// here, kInvalidInput for everything that is not pbrt-v4.
 SceneDescription ParsePbrtFile(const std::filesystem::path& path, const ParseOptions& options = {});
 // For tests and generators; relative names resolve against `folder`, `name` stands in for the file in messages.
-SceneDescription ParsePbrtText(std::string_view text, const std::string& name, const std::filesystem::path& folder, const ParseOptions& options = {});
+SceneDescription ParsePbrtText(std::string_view text, const std::string& name, const std::filesystem::path& folder,
+                               const ParseOptions& options = {});
 
 }  // namespace lodestar

@@ -6,7 +6,8 @@ namespace lodestar {
 namespace {
 
 bool IsUnsupportedShape(std::string_view type) {
-  for (std::string_view name : {"cone", "curve", "cylinder", "heightfield", "hyperboloid", "loopsubdiv", "nurbs", "paraboloid"})
+  for (std::string_view name :
+       {"cone", "curve", "cylinder", "heightfield", "hyperboloid", "loopsubdiv", "nurbs", "paraboloid"})
     if (type == name) return true;
   return false;
 }
@@ -25,16 +26,19 @@ DiskShape Disk(PbrtParams& params) {
   disk.height = params.Float("height", 0);
   disk.radius = params.PositiveFloat("radius", 1);
   disk.inner_radius = params.NonNegativeFloat("innerradius", 0);
-  if (!(disk.inner_radius < disk.radius)) params.Fail(*params.Find("innerradius", {"float"}), "must be smaller than the radius");
+  if (!(disk.inner_radius < disk.radius))
+    params.Fail(*params.Find("innerradius", {"float"}), "must be smaller than the radius");
   params.RefuseUnless("phimax", {360}, "only whole disks are");
   return disk;
 }
 
 // Normals and uvs come one a vertex, or not at all.
 template <class Value>
-void CheckCount(PbrtParams& params, std::string_view name, std::string_view type, const std::vector<Value>& values, size_t vertices) {
+void CheckCount(PbrtParams& params, std::string_view name, std::string_view type, const std::vector<Value>& values,
+                size_t vertices) {
   if (!values.empty() && values.size() != vertices)
-    params.Fail(*params.Find(name, {type}), "has " + std::to_string(values.size()) + " values for " + std::to_string(vertices) + " vertices");
+    params.Fail(*params.Find(name, {type}),
+                "has " + std::to_string(values.size()) + " values for " + std::to_string(vertices) + " vertices");
 }
 
 }  // namespace
@@ -45,10 +49,14 @@ std::optional<TriangleMesh> PbrtBuilder::Triangles(PbrtParams& params) {
   if (mesh.positions.empty()) FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + " needs \"point3 P\"");
   std::vector<uint32_t> indices = params.Indices("indices", mesh.positions.size());
   if (!params.Find("indices", {"integer"})) {
-    if (mesh.positions.size() != 3) FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + " needs \"integer indices\" (they may be left out for a single triangle)");
+    if (mesh.positions.size() != 3)
+      FailAt(params.where(), ErrorKind::kInvalidInput,
+             params.label() + " needs \"integer indices\" (they may be left out for a single triangle)");
     indices = {0, 1, 2};
   }
-  if (indices.empty() || indices.size() % 3 != 0) params.Fail(*params.Find("indices", {"integer"}), "takes three indices a triangle, not " + std::to_string(indices.size()) + " in all");
+  if (indices.empty() || indices.size() % 3 != 0)
+    params.Fail(*params.Find("indices", {"integer"}),
+                "takes three indices a triangle, not " + std::to_string(indices.size()) + " in all");
   for (size_t i = 0; i < indices.size(); i += 3) mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
   mesh.normals = params.Vec3s("N", "normal");
   mesh.uvs = params.Vec2s("uv", "point2");
@@ -65,11 +73,16 @@ std::optional<BilinearMesh> PbrtBuilder::Bilinear(PbrtParams& params) {
   if (mesh.positions.empty()) FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + " needs \"point3 P\"");
   std::vector<uint32_t> indices = params.Indices("indices", mesh.positions.size());
   if (!params.Find("indices", {"integer"})) {
-    if (mesh.positions.size() != 4) FailAt(params.where(), ErrorKind::kInvalidInput, params.label() + " needs \"integer indices\" (they may be left out for a single patch)");
+    if (mesh.positions.size() != 4)
+      FailAt(params.where(), ErrorKind::kInvalidInput,
+             params.label() + " needs \"integer indices\" (they may be left out for a single patch)");
     indices = {0, 1, 2, 3};
   }
-  if (indices.empty() || indices.size() % 4 != 0) params.Fail(*params.Find("indices", {"integer"}), "takes four indices a patch, not " + std::to_string(indices.size()) + " in all");
-  for (size_t i = 0; i < indices.size(); i += 4) mesh.patches.push_back({indices[i], indices[i + 1], indices[i + 2], indices[i + 3]});
+  if (indices.empty() || indices.size() % 4 != 0)
+    params.Fail(*params.Find("indices", {"integer"}),
+                "takes four indices a patch, not " + std::to_string(indices.size()) + " in all");
+  for (size_t i = 0; i < indices.size(); i += 4)
+    mesh.patches.push_back({indices[i], indices[i + 1], indices[i + 2], indices[i + 3]});
   mesh.normals = params.Vec3s("N", "normal");
   mesh.uvs = params.Vec2s("uv", "point2");
   CheckCount(params, "N", "normal", mesh.normals, mesh.positions.size());
@@ -100,12 +113,15 @@ void PbrtBuilder::Shape(const Token& directive) {
   } else if (type == "bilinearmesh") {
     shape.kind = *Bilinear(params);
   } else if (IsUnsupportedShape(type)) {
-    return refusals_.Refuse(directive.where(), params.label() + " is not supported; use trianglemesh, plymesh, bilinearmesh, sphere or disk");
+    return refusals_.Refuse(
+        directive.where(),
+        params.label() + " is not supported; use trianglemesh, plymesh, bilinearmesh, sphere or disk");
   } else {
     UnknownType(directive, type, "trianglemesh, plymesh, bilinearmesh, sphere, disk");
   }
   shape.alpha = FloatParam(params, "alpha", 1);
-  if (shape.alpha.texture < 0 && !(shape.alpha.value >= 0 && shape.alpha.value <= 1)) params.Fail(*params.Find("alpha", {"float"}), "must be between 0 and 1");
+  if (shape.alpha.texture < 0 && !(shape.alpha.value >= 0 && shape.alpha.value <= 1))
+    params.Fail(*params.Find("alpha", {"float"}), "must be between 0 and 1");
   params.Finish();
   AddShape(std::move(shape));
 }
@@ -119,20 +135,27 @@ void PbrtBuilder::AddShape(ShapeDescription shape) {
   }
   shape.material = state_.material >= 0 ? state_.material : default_material_;
   if (state_.area_light && current_object_ >= 0) {
-    refusals_.Refuse(shape.where, "a shape that emits light (AreaLightSource at " + state_.area_light->where.ToString() + ") inside an object definition is not supported: lights cannot be instanced");
+    refusals_.Refuse(shape.where, "a shape that emits light (AreaLightSource at " +
+                                      state_.area_light->where.ToString() +
+                                      ") inside an object definition is not supported: lights cannot be instanced");
   } else if (state_.area_light) {
     shape.light = state_.area_light;
   }
   (current_object_ >= 0 ? scene_.objects[current_object_].shapes : scene_.shapes).push_back(std::move(shape));
 }
 
-// ---- instances ----------------------------------------------------------------------------------------------------------------------------
+// ---- instances
+// ----------------------------------------------------------------------------------------------------------------------------
 
 void PbrtBuilder::ObjectBegin(const Token& directive) {
   InWorld(directive);
   const std::string name = NeedString("an object's name");
-  if (current_object_ >= 0) FailAt(directive.where(), ErrorKind::kInvalidInput, "ObjectBegin inside the definition of \"" + scene_.objects[current_object_].name + "\"; definitions do not nest");
-  if (!objects_.try_emplace(name, static_cast<int>(scene_.objects.size())).second) FailAt(directive.where(), ErrorKind::kInvalidInput, "an object \"" + name + "\" is defined already");
+  if (current_object_ >= 0)
+    FailAt(directive.where(), ErrorKind::kInvalidInput,
+           "ObjectBegin inside the definition of \"" + scene_.objects[current_object_].name +
+               "\"; definitions do not nest");
+  if (!objects_.try_emplace(name, static_cast<int>(scene_.objects.size())).second)
+    FailAt(directive.where(), ErrorKind::kInvalidInput, "an object \"" + name + "\" is defined already");
   Begin(directive);
   current_object_ = static_cast<int>(scene_.objects.size());
   scene_.objects.push_back({name, {}});
@@ -146,9 +169,13 @@ void PbrtBuilder::ObjectEnd(const Token& directive) {
 void PbrtBuilder::ObjectInstance(const Token& directive) {
   InWorld(directive);
   const std::string name = NeedString("an object's name");
-  if (current_object_ >= 0) FailAt(directive.where(), ErrorKind::kInvalidInput, "ObjectInstance inside the definition of \"" + scene_.objects[current_object_].name + "\"; instances do not nest");
+  if (current_object_ >= 0)
+    FailAt(directive.where(), ErrorKind::kInvalidInput,
+           "ObjectInstance inside the definition of \"" + scene_.objects[current_object_].name +
+               "\"; instances do not nest");
   const auto found = objects_.find(name);
-  if (found == objects_.end()) FailAt(directive.where(), ErrorKind::kInvalidInput, "no object \"" + name + "\" has been defined so far");
+  if (found == objects_.end())
+    FailAt(directive.where(), ErrorKind::kInvalidInput, "no object \"" + name + "\" has been defined so far");
   scene_.instances.push_back({found->second, state_.ctm, directive.where()});
 }
 

@@ -56,9 +56,14 @@ ImageTexture PbrtBuilder::Image(PbrtParams& params) {
   if (params.String("wrap", "") == "octahedralsphere")
     params.Refuse({"wrap"}, "use repeat, clamp or black");
   else
-    image.wrap = Choose<Wrap>(params, "wrap", Wrap::kRepeat, {{"repeat", Wrap::kRepeat}, {"clamp", Wrap::kClamp}, {"black", Wrap::kBlack}});
+    image.wrap = Choose<Wrap>(params, "wrap", Wrap::kRepeat,
+                              {{"repeat", Wrap::kRepeat}, {"clamp", Wrap::kClamp}, {"black", Wrap::kBlack}});
   image.filter = Choose<Filter>(params, "filter", Filter::kBilinear,
-                                {{"point", Filter::kPoint}, {"bilinear", Filter::kBilinear}, {"trilinear", Filter::kTrilinear}, {"ewa", Filter::kEwa}, {"EWA", Filter::kEwa}});
+                                {{"point", Filter::kPoint},
+                                 {"bilinear", Filter::kBilinear},
+                                 {"trilinear", Filter::kTrilinear},
+                                 {"ewa", Filter::kEwa},
+                                 {"EWA", Filter::kEwa}});
   params.Accept({"maxanisotropy"});  // how far ewa may blur, not what it shows
   image.scale = params.Float("scale", 1);
   image.invert = params.Bool("invert", false);
@@ -96,17 +101,22 @@ void PbrtBuilder::Texture(const Token& directive) {
   texture.where = directive.where();
   const Token kind = Need("float or spectrum");
   if (kind.kind != Token::Kind::kString || (kind.text != "float" && kind.text != "spectrum"))
-    FailAt(kind.where(), ErrorKind::kInvalidInput, "Texture \"" + texture.name + "\": expected \"float\" or \"spectrum\", not \"" + kind.text + "\"");
+    FailAt(kind.where(), ErrorKind::kInvalidInput,
+           "Texture \"" + texture.name + "\": expected \"float\" or \"spectrum\", not \"" + kind.text + "\"");
   texture.is_float = kind.text == "float";
   const std::string type = NeedString("a texture's type");
   PbrtParams params = Params(directive, type, "texture");
   auto& names = texture.is_float ? float_textures_ : spectrum_textures_;
   if (names.contains(texture.name))
-    FailAt(directive.where(), ErrorKind::kInvalidInput, "a " + kind.text + " texture \"" + texture.name + "\" is defined already, at " + scene_.textures[names[texture.name]].where.ToString());
+    FailAt(directive.where(), ErrorKind::kInvalidInput,
+           "a " + kind.text + " texture \"" + texture.name + "\" is defined already, at " +
+               scene_.textures[names[texture.name]].where.ToString());
 
   if (type == "constant") {
     texture.kind = ConstantTexture{TextureOperand(params, "value", 1, texture.is_float).value};
-    if (const PbrtParam* value = params.Find("value", {"float", "rgb", "spectrum", "texture"}); value && value->type == "texture") params.Fail(*value, "must be a constant");
+    if (const PbrtParam* value = params.Find("value", {"float", "rgb", "spectrum", "texture"});
+        value && value->type == "texture")
+      params.Fail(*value, "must be a constant");
   } else if (type == "imagemap") {
     texture.kind = Image(params);
   } else if (type == "scale") {
@@ -115,14 +125,20 @@ void PbrtBuilder::Texture(const Token& directive) {
     scale.scale = TextureOperand(params, "scale", 1, true);  // a float, also where the texture is not
     texture.kind = scale;
   } else if (type == "mix") {
-    texture.kind = MixTexture{TextureOperand(params, "tex1", 0, texture.is_float), TextureOperand(params, "tex2", 1, texture.is_float), TextureOperand(params, "amount", 0.5f, true)};
+    texture.kind =
+        MixTexture{TextureOperand(params, "tex1", 0, texture.is_float),
+                   TextureOperand(params, "tex2", 1, texture.is_float), TextureOperand(params, "amount", 0.5f, true)};
   } else if (type == "checkerboard") {
     const int dimension = params.Int("dimension", 2);
-    if (dimension == 3) params.Refuse({"dimension"}, "only 2 is");
-    else if (dimension != 2) params.Fail(*params.Find("dimension", {"integer"}), "must be 2");
-    texture.kind = CheckerboardTexture{TextureOperand(params, "tex1", 1, texture.is_float), TextureOperand(params, "tex2", 0, texture.is_float), Mapping(params)};
+    if (dimension == 3)
+      params.Refuse({"dimension"}, "only 2 is");
+    else if (dimension != 2)
+      params.Fail(*params.Find("dimension", {"integer"}), "must be 2");
+    texture.kind = CheckerboardTexture{TextureOperand(params, "tex1", 1, texture.is_float),
+                                       TextureOperand(params, "tex2", 0, texture.is_float), Mapping(params)};
   } else if (IsUnsupportedTexture(type)) {
-    refusals_.Refuse(directive.where(), params.label() + " is not supported; use constant, imagemap, scale, mix or checkerboard");
+    refusals_.Refuse(directive.where(),
+                     params.label() + " is not supported; use constant, imagemap, scale, mix or checkerboard");
     texture.kind = ConstantTexture{Rgb(0.5f)};  // lenient: a stand-in, so that what refers to it still does
     names[texture.name] = static_cast<int>(scene_.textures.size());
     scene_.textures.push_back(std::move(texture));

@@ -3,12 +3,18 @@
 namespace lodestar {
 namespace {
 
-bool IsSpace(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
-bool EndsWord(char c) { return IsSpace(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
+bool IsSpace(char c) {
+  return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v';
+}
+bool EndsWord(char c) {
+  return IsSpace(c) || c == '"' || c == '[' || c == ']' || c == '#';
+}
 
 }  // namespace
 
-void FailAt(const SourceLocation& where, ErrorKind kind, const std::string& message) { throw Error(kind, where.ToString() + ": " + message); }
+void FailAt(const SourceLocation& where, ErrorKind kind, const std::string& message) {
+  throw Error(kind, where.ToString() + ": " + message);
+}
 
 std::optional<Token> Tokenizer::Next() {
   if (!peeked_) return Scan();
@@ -76,7 +82,8 @@ Token Tokenizer::ScanString() {
   Token token = StartToken(Token::Kind::kString);
   Advance();
   while (true) {
-    if (at_ == text_.size() || text_[at_] == '\n') FailAt(token.where(), ErrorKind::kInvalidInput, "this string has no closing quote on its line");
+    if (at_ == text_.size() || text_[at_] == '\n')
+      FailAt(token.where(), ErrorKind::kInvalidInput, "this string has no closing quote on its line");
     char c = text_[at_];
     if (c == '"') break;
     if (c == '\\') {
@@ -84,15 +91,33 @@ Token Tokenizer::ScanString() {
       Advance();
       if (at_ == text_.size()) continue;
       switch (text_[at_]) {
-        case 'b': c = '\b'; break;
-        case 'f': c = '\f'; break;
-        case 'n': c = '\n'; break;
-        case 'r': c = '\r'; break;
-        case 't': c = '\t'; break;
-        case '\\': c = '\\'; break;
-        case '\'': c = '\''; break;
-        case '"': c = '"'; break;
-        default: FailAt(escape, ErrorKind::kInvalidInput, std::string("unknown escape \"\\") + text_[at_] + "\"; write \\\\ for a backslash");
+        case 'b':
+          c = '\b';
+          break;
+        case 'f':
+          c = '\f';
+          break;
+        case 'n':
+          c = '\n';
+          break;
+        case 'r':
+          c = '\r';
+          break;
+        case 't':
+          c = '\t';
+          break;
+        case '\\':
+          c = '\\';
+          break;
+        case '\'':
+          c = '\'';
+          break;
+        case '"':
+          c = '"';
+          break;
+        default:
+          FailAt(escape, ErrorKind::kInvalidInput,
+                 std::string("unknown escape \"\\") + text_[at_] + "\"; write \\\\ for a backslash");
       }
     }
     token.text += c;

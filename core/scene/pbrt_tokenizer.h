@@ -1,4 +1,5 @@
-// The words of a pbrt-v4 file: bare words and numbers, quoted strings, brackets; # starts a comment that ends with the line.
+// The words of a pbrt-v4 file: bare words and numbers, quoted strings, brackets; # starts a comment that ends with the
+// line.
 #pragma once
 
 #include <memory>
@@ -16,7 +17,7 @@ namespace lodestar {
 
 struct Token {
   enum class Kind { kWord, kString, kOpen, kClose } kind = Kind::kWord;
-  std::string text;  // of a string: without its quotes, escapes resolved
+  std::string text;                         // of a string: without its quotes, escapes resolved
   std::shared_ptr<const std::string> file;  // shared: a mesh written inline has millions of tokens
   int line = 0, column = 0;
   SourceLocation where() const { return {*file, line, column}; }
@@ -25,7 +26,8 @@ struct Token {
 
 class Tokenizer {
  public:
-  Tokenizer(std::string text, std::string file) : text_(std::move(text)), file_(std::make_shared<const std::string>(std::move(file))) {}
+  Tokenizer(std::string text, std::string file)
+      : text_(std::move(text)), file_(std::make_shared<const std::string>(std::move(file))) {}
 
   // The next token, or nothing at the end. Throws Error(kInvalidInput) for an unterminated string or an unknown escape.
   std::optional<Token> Next();

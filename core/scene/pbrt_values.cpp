@@ -20,7 +20,8 @@ Rgb PlainRgb(const PbrtParams& params, const PbrtParam& param) {
   if (param.numbers.size() != 3) params.Fail(param, "takes three numbers, not " + std::to_string(param.numbers.size()));
   for (double v : param.numbers)
     if (v < 0) params.Fail(param, "must not be negative");
-  return {static_cast<float>(param.numbers[0]), static_cast<float>(param.numbers[1]), static_cast<float>(param.numbers[2])};
+  return {static_cast<float>(param.numbers[0]), static_cast<float>(param.numbers[1]),
+          static_cast<float>(param.numbers[2])};
 }
 
 // A .spd file: wavelength and value in turn, # comments.
@@ -33,11 +34,13 @@ std::vector<double> ReadNumbersFile(const std::string& path) {
 
 }  // namespace
 
-// As pbrt has it, names are relative to the scene file's folder, wherever they stand; names relative to an included file are found as well.
+// As pbrt has it, names are relative to the scene file's folder, wherever they stand; names relative to an included
+// file are found as well.
 std::filesystem::path PbrtBuilder::Resolve(const std::string& name) const {
   const std::filesystem::path path(name);
   if (path.is_absolute()) return path;
-  const std::filesystem::path from_root = (root_ / path).lexically_normal(), from_here = (folder_ / path).lexically_normal();
+  const std::filesystem::path from_root = (root_ / path).lexically_normal(),
+                              from_here = (folder_ / path).lexically_normal();
   std::error_code code;
   return !std::filesystem::exists(from_root, code) && std::filesystem::exists(from_here, code) ? from_here : from_root;
 }
@@ -47,7 +50,9 @@ std::string PbrtBuilder::NeedFile(const PbrtParams& params, const PbrtParam& par
   const std::filesystem::path path = Resolve(name);
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code))
-    FailAt(param.where, ErrorKind::kNotFound, params.label() + ": there is no file \"" + path.string() + "\" (names are relative to the scene file's folder)");
+    FailAt(param.where, ErrorKind::kNotFound,
+           params.label() + ": there is no file \"" + path.string() +
+               "\" (names are relative to the scene file's folder)");
   AddFile(path);
   return path.string();
 }
@@ -56,16 +61,22 @@ SampledSpectrum PbrtBuilder::Samples(const PbrtParams& params, const PbrtParam& 
   std::vector<double> numbers = param.numbers;
   if (!param.strings.empty()) {
     const std::string& name = param.strings[0];
-    if (param.strings.size() != 1 || !numbers.empty()) params.Fail(param, "takes one name, one file, or pairs of numbers");
+    if (param.strings.size() != 1 || !numbers.empty())
+      params.Fail(param, "takes one name, one file, or pairs of numbers");
     std::error_code code;
     if (!std::filesystem::is_regular_file(Resolve(name), code))
-      FailAt(param.where, ErrorKind::kNotFound, "\"" + name + "\" of " + params.label() + " is neither a spectrum file nor a named spectrum of this kind; the names are: " + Names());
+      FailAt(param.where, ErrorKind::kNotFound,
+             "\"" + name + "\" of " + params.label() +
+                 " is neither a spectrum file nor a named spectrum of this kind; the names are: " + Names());
     numbers = ReadNumbersFile(NeedFile(params, param, name));
   }
-  if (numbers.empty() || numbers.size() % 2 != 0) params.Fail(param, "takes pairs of wavelength (nm) and value; there are " + std::to_string(numbers.size()) + " numbers");
+  if (numbers.empty() || numbers.size() % 2 != 0)
+    params.Fail(param,
+                "takes pairs of wavelength (nm) and value; there are " + std::to_string(numbers.size()) + " numbers");
   SampledSpectrum spectrum;
   for (size_t i = 0; i < numbers.size(); i += 2) {
-    if (!spectrum.wavelengths.empty() && !(numbers[i] > spectrum.wavelengths.back())) params.Fail(param, "must have its wavelengths in ascending order");
+    if (!spectrum.wavelengths.empty() && !(numbers[i] > spectrum.wavelengths.back()))
+      params.Fail(param, "must have its wavelengths in ascending order");
     if (numbers[i + 1] < 0) params.Fail(param, "must not be negative");
     spectrum.wavelengths.push_back(numbers[i]);
     spectrum.values.push_back(numbers[i + 1]);
@@ -99,8 +110,11 @@ int PbrtBuilder::TextureIndex(const PbrtParams& params, const PbrtParam& param, 
   const auto found = textures.find(param.strings[0]);
   if (found != textures.end()) return found->second;
   const std::string kind = is_float ? "float" : "spectrum";
-  if (others.contains(param.strings[0])) params.Fail(param, "needs a " + kind + " texture; \"" + param.strings[0] + "\" is a " + (is_float ? "spectrum" : "float") + " texture");
-  params.Fail(param, "names \"" + param.strings[0] + "\", but no " + kind + " texture of that name has been defined so far");
+  if (others.contains(param.strings[0]))
+    params.Fail(param, "needs a " + kind + " texture; \"" + param.strings[0] + "\" is a " +
+                           (is_float ? "spectrum" : "float") + " texture");
+  params.Fail(param,
+              "names \"" + param.strings[0] + "\", but no " + kind + " texture of that name has been defined so far");
 }
 
 RgbValue PbrtBuilder::RgbParam(PbrtParams& params, std::string_view name, Rgb otherwise, bool albedo) {

@@ -26,7 +26,8 @@ T LoadAs(const char* at, bool big_endian) {
 // Reads scalars one after the other in any of the three formats; knows which element it is in, for messages.
 class PlyReader {
  public:
-  PlyReader(std::string_view bytes, PlyFormat format, std::string file) : bytes_(bytes), format_(format), file_(std::move(file)) {}
+  PlyReader(std::string_view bytes, PlyFormat format, std::string file)
+      : bytes_(bytes), format_(format), file_(std::move(file)) {}
 
   void Enter(const PlyElement& element) {
     element_ = element.name;
@@ -36,8 +37,9 @@ class PlyReader {
     for (const PlyProperty& p : element.properties)
       least += format_ == PlyFormat::kAscii ? 2 : PlyTypeSize(p.is_list ? p.count_type : p.type);
     if (least > 0 && element.count > (bytes_.size() - at_ + 1) / least)
-      throw Error(ErrorKind::kCorrupt, file_ + ": is truncated: its header promises " + std::to_string(element.count) + " elements \"" + element.name +
-                                           "\", more than its " + std::to_string(bytes_.size()) + " bytes can hold");
+      throw Error(ErrorKind::kCorrupt, file_ + ": is truncated: its header promises " + std::to_string(element.count) +
+                                           " elements \"" + element.name + "\", more than its " +
+                                           std::to_string(bytes_.size()) + " bytes can hold");
   }
   void Next() { ++index_; }
 
@@ -49,14 +51,22 @@ class PlyReader {
     at_ += size;
     const bool big = format_ == PlyFormat::kBigEndian;
     switch (type) {
-      case PlyType::kInt8: return LoadAs<int8_t>(at, big);
-      case PlyType::kUint8: return LoadAs<uint8_t>(at, big);
-      case PlyType::kInt16: return LoadAs<int16_t>(at, big);
-      case PlyType::kUint16: return LoadAs<uint16_t>(at, big);
-      case PlyType::kInt32: return LoadAs<int32_t>(at, big);
-      case PlyType::kUint32: return LoadAs<uint32_t>(at, big);
-      case PlyType::kFloat: return LoadAs<float>(at, big);
-      case PlyType::kDouble: return LoadAs<double>(at, big);
+      case PlyType::kInt8:
+        return LoadAs<int8_t>(at, big);
+      case PlyType::kUint8:
+        return LoadAs<uint8_t>(at, big);
+      case PlyType::kInt16:
+        return LoadAs<int16_t>(at, big);
+      case PlyType::kUint16:
+        return LoadAs<uint16_t>(at, big);
+      case PlyType::kInt32:
+        return LoadAs<int32_t>(at, big);
+      case PlyType::kUint32:
+        return LoadAs<uint32_t>(at, big);
+      case PlyType::kFloat:
+        return LoadAs<float>(at, big);
+      case PlyType::kDouble:
+        return LoadAs<double>(at, big);
     }
     return 0;
   }
@@ -75,7 +85,9 @@ class PlyReader {
   }
 
  private:
-  [[noreturn]] void Truncated() const { Fail(ErrorKind::kCorrupt, "the file is truncated (it ends after " + std::to_string(bytes_.size()) + " bytes)"); }
+  [[noreturn]] void Truncated() const {
+    Fail(ErrorKind::kCorrupt, "the file is truncated (it ends after " + std::to_string(bytes_.size()) + " bytes)");
+  }
 
   double AsciiScalar(PlyType type) {
     constexpr std::string_view kSpace = " \t\r\n";
@@ -87,8 +99,10 @@ class PlyReader {
     double value = 0;
     const char* first = word.data() + (word[0] == '+' ? 1 : 0);
     const auto [last, error] = std::from_chars(first, word.data() + word.size(), value);
-    if (error != std::errc() || last != word.data() + word.size()) Fail(ErrorKind::kInvalidInput, "\"" + std::string(word) + "\" is not a number");
-    if (IsPlyInteger(type) && value != std::floor(value)) Fail(ErrorKind::kInvalidInput, "\"" + std::string(word) + "\" is not an integer");
+    if (error != std::errc() || last != word.data() + word.size())
+      Fail(ErrorKind::kInvalidInput, "\"" + std::string(word) + "\" is not a number");
+    if (IsPlyInteger(type) && value != std::floor(value))
+      Fail(ErrorKind::kInvalidInput, "\"" + std::string(word) + "\" is not an integer");
     return value;
   }
 
@@ -102,9 +116,17 @@ class PlyReader {
 
 // Reads vertices; `slots` says which of x y z nx ny nz u v a property is (-1: skipped).
 void ReadVertices(const PlyElement& element, PlyReader& in, const std::string& file, TriangleMesh* mesh) {
-  const int found[8] = {element.Find({"x"}), element.Find({"y"}), element.Find({"z"}), element.Find({"nx"}), element.Find({"ny"}), element.Find({"nz"}),
-                        element.Find({"u", "s", "texture_u", "texture_s"}), element.Find({"v", "t", "texture_v", "texture_t"})};
-  const auto refuse = [&](const std::string& why) { throw Error(ErrorKind::kInvalidInput, file + ": vertices " + why); };
+  const int found[8] = {element.Find({"x"}),
+                        element.Find({"y"}),
+                        element.Find({"z"}),
+                        element.Find({"nx"}),
+                        element.Find({"ny"}),
+                        element.Find({"nz"}),
+                        element.Find({"u", "s", "texture_u", "texture_s"}),
+                        element.Find({"v", "t", "texture_v", "texture_t"})};
+  const auto refuse = [&](const std::string& why) {
+    throw Error(ErrorKind::kInvalidInput, file + ": vertices " + why);
+  };
   if (found[0] < 0 || found[1] < 0 || found[2] < 0) refuse("have no x, y and z");
   const bool normals = found[3] >= 0, uvs = found[6] >= 0;
   if ((found[4] >= 0) != normals || (found[5] >= 0) != normals) refuse("have some of nx, ny and nz, but not all");
@@ -113,7 +135,8 @@ void ReadVertices(const PlyElement& element, PlyReader& in, const std::string& f
   for (int slot = 0; slot < 8; ++slot) {
     if (found[slot] < 0) continue;
     slots[found[slot]] = slot;
-    if (element.properties[found[slot]].is_list) refuse("have a list for \"" + element.properties[found[slot]].name + "\"; expected a number");
+    if (element.properties[found[slot]].is_list)
+      refuse("have a list for \"" + element.properties[found[slot]].name + "\"; expected a number");
   }
   if (element.count > 0xffffffffu) refuse("are more than 32-bit indices can name");
   mesh->positions.reserve(element.count);
@@ -128,7 +151,8 @@ void ReadVertices(const PlyElement& element, PlyReader& in, const std::string& f
         continue;
       }
       v[slots[p]] = static_cast<float>(in.Scalar(element.properties[p].type));
-      if (!std::isfinite(v[slots[p]])) in.Fail(ErrorKind::kInvalidInput, "\"" + element.properties[p].name + "\" is not finite (NaN or infinite)");
+      if (!std::isfinite(v[slots[p]]))
+        in.Fail(ErrorKind::kInvalidInput, "\"" + element.properties[p].name + "\" is not finite (NaN or infinite)");
     }
     mesh->positions.push_back({v[0], v[1], v[2]});
     if (normals) mesh->normals.push_back({v[3], v[4], v[5]});
@@ -136,7 +160,8 @@ void ReadVertices(const PlyElement& element, PlyReader& in, const std::string& f
   }
 }
 
-void ReadFaces(const PlyElement& element, uint64_t vertices, PlyReader& in, const std::string& file, TriangleMesh* mesh) {
+void ReadFaces(const PlyElement& element, uint64_t vertices, PlyReader& in, const std::string& file,
+               TriangleMesh* mesh) {
   const int indices = element.Find({"vertex_indices", "vertex_index"});
   if (indices < 0 || !element.properties[indices].is_list || !IsPlyInteger(element.properties[indices].type))
     throw Error(ErrorKind::kInvalidInput, file + ": faces have no integer list \"vertex_indices\"");
@@ -150,15 +175,18 @@ void ReadFaces(const PlyElement& element, uint64_t vertices, PlyReader& in, cons
         continue;
       }
       const uint64_t corners = in.Count(property);
-      if (corners < 3) in.Fail(ErrorKind::kInvalidInput, "has " + std::to_string(corners) + " vertices; a face needs three or four");
+      if (corners < 3)
+        in.Fail(ErrorKind::kInvalidInput, "has " + std::to_string(corners) + " vertices; a face needs three or four");
       if (corners > 4)
-        in.Fail(ErrorKind::kUnsupported, "is a polygon of " + std::to_string(corners) + " vertices; only triangles and quads are read: triangulate the mesh");
+        in.Fail(ErrorKind::kUnsupported, "is a polygon of " + std::to_string(corners) +
+                                             " vertices; only triangles and quads are read: triangulate the mesh");
       uint32_t v[4] = {};
       for (uint64_t c = 0; c < corners; ++c) {
         const double index = in.Scalar(property.type);
         if (!(index >= 0 && index < static_cast<double>(vertices)))
-          in.Fail(ErrorKind::kInvalidInput, "vertex index " + std::to_string(static_cast<int64_t>(index)) + " is out of range (the file has " +
-                                                std::to_string(vertices) + " vertices)");
+          in.Fail(ErrorKind::kInvalidInput, "vertex index " + std::to_string(static_cast<int64_t>(index)) +
+                                                " is out of range (the file has " + std::to_string(vertices) +
+                                                " vertices)");
         v[c] = static_cast<uint32_t>(index);
       }
       mesh->triangles.push_back({v[0], v[1], v[2]});
@@ -169,7 +197,9 @@ void ReadFaces(const PlyElement& element, uint64_t vertices, PlyReader& in, cons
 
 }  // namespace
 
-TriangleMesh ReadPly(const std::filesystem::path& path) { return ParsePly(ReadFileMaybeGzip(path), path.string()); }
+TriangleMesh ReadPly(const std::filesystem::path& path) {
+  return ParsePly(ReadFileMaybeGzip(path), path.string());
+}
 
 TriangleMesh ParsePly(std::string_view bytes, const std::string& file) {
   static_assert(std::endian::native == std::endian::little);
@@ -190,7 +220,8 @@ TriangleMesh ParsePly(std::string_view bytes, const std::string& file) {
       ReadFaces(element, vertices, in, file, &mesh);
       has_faces = true;
     } else {
-      if (element.name == "vertex" || element.name == "face") throw Error(ErrorKind::kInvalidInput, file + ": has two elements \"" + element.name + "\"");
+      if (element.name == "vertex" || element.name == "face")
+        throw Error(ErrorKind::kInvalidInput, file + ": has two elements \"" + element.name + "\"");
       in.Enter(element);
       for (uint64_t i = 0; i < (element.properties.empty() ? 0 : element.count); ++i, in.Next())
         for (const PlyProperty& property : element.properties) in.Skip(property);

@@ -37,11 +37,15 @@ std::optional<PlyType> TypeFromName(std::string_view name) {
 size_t PlyTypeSize(PlyType type) {
   switch (type) {
     case PlyType::kInt8:
-    case PlyType::kUint8: return 1;
+    case PlyType::kUint8:
+      return 1;
     case PlyType::kInt16:
-    case PlyType::kUint16: return 2;
-    case PlyType::kDouble: return 8;
-    default: return 4;
+    case PlyType::kUint16:
+      return 2;
+    case PlyType::kDouble:
+      return 8;
+    default:
+      return 4;
   }
 }
 
@@ -61,7 +65,9 @@ PlyHeader ParsePlyHeader(std::string_view bytes, const std::string& file) {
   };
   const auto type_of = [&](std::string_view name) {
     const auto type = TypeFromName(name);
-    if (!type) fail("unknown type \"" + std::string(name) + "\"; expected char, uchar, short, ushort, int, uint, float or double");
+    if (!type)
+      fail("unknown type \"" + std::string(name) +
+           "\"; expected char, uchar, short, ushort, int, uint, float or double");
     return *type;
   };
   while (true) {
@@ -78,23 +84,29 @@ PlyHeader ParsePlyHeader(std::string_view bytes, const std::string& file) {
       break;
     } else if (words[0] == "format") {
       if (words.size() != 3 || words[2] != "1.0") fail("expected \"format TYPE 1.0\"");
-      if (words[1] == "ascii") header.format = PlyFormat::kAscii;
-      else if (words[1] == "binary_little_endian") header.format = PlyFormat::kLittleEndian;
-      else if (words[1] == "binary_big_endian") header.format = PlyFormat::kBigEndian;
-      else fail("unknown format \"" + std::string(words[1]) + "\"");
+      if (words[1] == "ascii")
+        header.format = PlyFormat::kAscii;
+      else if (words[1] == "binary_little_endian")
+        header.format = PlyFormat::kLittleEndian;
+      else if (words[1] == "binary_big_endian")
+        header.format = PlyFormat::kBigEndian;
+      else
+        fail("unknown format \"" + std::string(words[1]) + "\"");
       has_format = true;
     } else if (words[0] == "element") {
       PlyElement element;
       if (words.size() != 3) fail("expected \"element NAME COUNT\"");
       element.name = words[1];
       const auto [last, error] = std::from_chars(words[2].data(), words[2].data() + words[2].size(), element.count);
-      if (error != std::errc() || last != words[2].data() + words[2].size()) fail("\"" + std::string(words[2]) + "\" is not a count");
+      if (error != std::errc() || last != words[2].data() + words[2].size())
+        fail("\"" + std::string(words[2]) + "\" is not a count");
       header.elements.push_back(std::move(element));
     } else if (words[0] == "property") {
       if (header.elements.empty()) fail("a property before the first element");
       PlyProperty property;
       property.is_list = words.size() == 5 && words[1] == "list";
-      if (!property.is_list && words.size() != 3) fail("expected \"property TYPE NAME\" or \"property list COUNT_TYPE TYPE NAME\"");
+      if (!property.is_list && words.size() != 3)
+        fail("expected \"property TYPE NAME\" or \"property list COUNT_TYPE TYPE NAME\"");
       if (property.is_list) property.count_type = type_of(words[2]);
       if (property.is_list && !IsPlyInteger(property.count_type)) fail("the count of a list must be an integer type");
       property.type = type_of(words[words.size() - 2]);

@@ -13,7 +13,9 @@ enum class PlyFormat { kAscii, kLittleEndian, kBigEndian };
 enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 
 size_t PlyTypeSize(PlyType type);
-inline bool IsPlyInteger(PlyType type) { return type < PlyType::kFloat; }
+inline bool IsPlyInteger(PlyType type) {
+  return type < PlyType::kFloat;
+}
 
 struct PlyProperty {
   std::string name;

@@ -16,13 +16,18 @@ std::shared_ptr<const Scene> Scene::Compile(const SceneDescription& description)
   SceneParts& parts = *scene->impl_;
   scene->resolution_x_ = description.resolution_x;
   scene->resolution_y_ = description.resolution_y;
-  if (scene->resolution_x_ <= 0 || scene->resolution_y_ <= 0 || int64_t{scene->resolution_x_} * scene->resolution_y_ > (int64_t{1} << 31))
-    throw Error(ErrorKind::kInvalidInput, "the image is " + std::to_string(scene->resolution_x_) + " x " + std::to_string(scene->resolution_y_) +
+  if (scene->resolution_x_ <= 0 || scene->resolution_y_ <= 0 ||
+      int64_t{scene->resolution_x_} * scene->resolution_y_ > (int64_t{1} << 31))
+    throw Error(ErrorKind::kInvalidInput, "the image is " + std::to_string(scene->resolution_x_) + " x " +
+                                              std::to_string(scene->resolution_y_) +
                                               " pixels; both must be positive and their product at most 2^31");
   const CameraDescription& camera = description.camera;
-  if (!(camera.fov > 0 && camera.fov < 180) || !camera.camera_from_world.Invertible() || !(camera.lens_radius >= 0) || !(camera.focal_distance > 0))
-    throw Error(ErrorKind::kInvalidInput, "the camera needs a field of view between 0 and 180 degrees, an invertible transform, a lens radius of at "
-                                          "least 0 and a positive focal distance");
+  if (!(camera.fov > 0 && camera.fov < 180) || !camera.camera_from_world.Invertible() || !(camera.lens_radius >= 0) ||
+      !(camera.focal_distance > 0))
+    throw Error(
+        ErrorKind::kInvalidInput,
+        "the camera needs a field of view between 0 and 180 degrees, an invertible transform, a lens radius of at "
+        "least 0 and a positive focal distance");
 
   parts.textures = TextureTable(description.textures);
   parts.materials = MaterialTable(description.materials, parts.textures);
@@ -35,7 +40,8 @@ std::shared_ptr<const Scene> Scene::Compile(const SceneDescription& description)
   scene->filter_ = description.filter;
   scene->max_depth_ = description.max_depth;
   scene->hash_ = HashScene(description, parts, scene->resolution_x_, scene->resolution_y_);
-  scene->memory_bytes_ = parts.textures.memory_bytes() + parts.materials.memory_bytes() + parts.lights.memory_bytes() + parts.accelerator->memory_bytes();
+  scene->memory_bytes_ = parts.textures.memory_bytes() + parts.materials.memory_bytes() + parts.lights.memory_bytes() +
+                         parts.accelerator->memory_bytes();
   for (const auto& group : parts.groups) {
     scene->triangle_count_ += group.triangles[0].size() + group.triangles[1].size();
     scene->dropped_triangles_ += group.dropped_triangles;
@@ -45,17 +51,35 @@ std::shared_ptr<const Scene> Scene::Compile(const SceneDescription& description)
   return scene;
 }
 
-bool Scene::Intersect(const Ray& ray, Hit* hit) const { return impl_->accelerator->Intersect(ray, hit); }
-bool Scene::Unoccluded(const Ray& ray) const { return impl_->accelerator->Unoccluded(ray); }
+bool Scene::Intersect(const Ray& ray, Hit* hit) const {
+  return impl_->accelerator->Intersect(ray, hit);
+}
+bool Scene::Unoccluded(const Ray& ray) const {
+  return impl_->accelerator->Unoccluded(ray);
+}
 
-Bsdf Scene::BsdfAt(const SurfaceInteraction& si, float u_mix) const { return impl_->materials.At(si.material, si.uv, u_mix); }
+Bsdf Scene::BsdfAt(const SurfaceInteraction& si, float u_mix) const {
+  return impl_->materials.At(si.material, si.uv, u_mix);
+}
 
-bool Scene::has_lights() const { return !impl_->lights.empty(); }
-std::optional<LightSample> Scene::SampleLight(Vec3 p, float u_pick, Vec2 u) const { return impl_->lights.Sample(impl_->textures, p, u_pick, u); }
-Rgb Scene::Emitted(const SurfaceInteraction& si, Vec3 wo_world) const { return si.light < 0 ? Rgb() : impl_->lights.Emitted(si.light, si.ng, wo_world); }
-float Scene::LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3) const { return si.light < 0 ? 0 : impl_->lights.Pdf(from, si); }
-EnvironmentSample Scene::Environment(Vec3 wi) const { return impl_->lights.Environment(wi); }
+bool Scene::has_lights() const {
+  return !impl_->lights.empty();
+}
+std::optional<LightSample> Scene::SampleLight(Vec3 p, float u_pick, Vec2 u) const {
+  return impl_->lights.Sample(impl_->textures, p, u_pick, u);
+}
+Rgb Scene::Emitted(const SurfaceInteraction& si, Vec3 wo_world) const {
+  return si.light < 0 ? Rgb() : impl_->lights.Emitted(si.light, si.ng, wo_world);
+}
+float Scene::LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3) const {
+  return si.light < 0 ? 0 : impl_->lights.Pdf(from, si);
+}
+EnvironmentSample Scene::Environment(Vec3 wi) const {
+  return impl_->lights.Environment(wi);
+}
 
-SurfaceInteraction Scene::Interaction(const Ray& ray, const Hit& hit) const { return Interact(*impl_, ray, hit); }
+SurfaceInteraction Scene::Interaction(const Ray& ray, const Hit& hit) const {
+  return Interact(*impl_, ray, hit);
+}
 
 }  // namespace lodestar

@@ -1,7 +1,7 @@
 // The compiled scene: what a path kernel asks of it. Immutable after Compile, shared by all threads.
 //
-// World units are the file's. Directions are unit vectors in world space; pdfs are per solid angle at the reference point and include the
-// probability of having picked the light.
+// World units are the file's. Directions are unit vectors in world space; pdfs are per solid angle at the reference
+// point and include the probability of having picked the light.
 #pragma once
 
 #include <cstdint>
@@ -23,14 +23,17 @@ namespace lodestar {
 
 // What the scene contains and hence what a kernel must be able to do; everything else is compiled out.
 struct SceneNeeds {
-  bool textures = false, alpha = false, environment = false, delta_lobes = false, smooth_lobes = true, transmission = false;
-  bool area_lights = false, delta_lights = false, interfaces = false, mix = false, instances = false, quadrics = false, lens = false;
+  bool textures = false, alpha = false, environment = false, delta_lobes = false, smooth_lobes = true,
+       transmission = false;
+  bool area_lights = false, delta_lights = false, interfaces = false, mix = false, instances = false, quadrics = false,
+       lens = false;
   std::string ToString() const;
 };
 
 class Scene {
  public:
-  // Throws Error with file and line of the offending directive. Builds deterministic acceleration structures (single-threaded tree builds).
+  // Throws Error with file and line of the offending directive. Builds deterministic acceleration structures
+  // (single-threaded tree builds).
   static std::shared_ptr<const Scene> Compile(const SceneDescription& description);
   ~Scene();
   Scene(const Scene&) = delete;
@@ -42,7 +45,9 @@ class Scene {
   // Nothing between the surface point and the target point / direction. `interfaces` surfaces do not occlude.
   bool Unoccluded(const Ray& ray) const;
   // The origin of a ray that leaves the surface in direction w without meeting it again.
-  static Vec3 OffsetOrigin(const SurfaceInteraction& si, Vec3 w) { return si.p + si.ng * (Dot(w, si.ng) < 0 ? -si.offset : si.offset); }
+  static Vec3 OffsetOrigin(const SurfaceInteraction& si, Vec3 w) {
+    return si.p + si.ng * (Dot(w, si.ng) < 0 ? -si.offset : si.offset);
+  }
 
   // ---- surfaces ----
   // wo: local to si.shading; `u_mix` in [0,1) resolves mix materials.
@@ -66,10 +71,10 @@ class Scene {
   int resolution_y() const { return resolution_y_; }
   const PixelFilterDescription& filter() const { return filter_; }
   int max_depth() const { return max_depth_; }
-  // Of everything that determines the picture: geometry, materials, textures' bytes, camera, resolution. Two workers with the same hash
-  // have compiled the same scene.
+  // Of everything that determines the picture: geometry, materials, textures' bytes, camera, resolution. Two workers
+  // with the same hash have compiled the same scene.
   const ContentHash& hash() const { return hash_; }
-  size_t triangle_count() const { return triangle_count_; }       // of each object definition once
+  size_t triangle_count() const { return triangle_count_; }        // of each object definition once
   size_t dropped_triangles() const { return dropped_triangles_; }  // without area
   size_t memory_bytes() const { return memory_bytes_; }
 

@@ -15,13 +15,17 @@ struct Overloaded : Handlers... {
   using Handlers::operator()...;
 };
 
-[[noreturn]] void Fail(const SourceLocation& where, const std::string& why) { throw Error(ErrorKind::kInvalidInput, where.ToString() + ": " + why); }
+[[noreturn]] void Fail(const SourceLocation& where, const std::string& why) {
+  throw Error(ErrorKind::kInvalidInput, where.ToString() + ": " + why);
+}
 
 void CheckEmission(Rgb value, const SourceLocation& where) {
   if (!IsFinite(value) || MinComponent(value) < 0) Fail(where, "a light's emission must be finite and not negative");
 }
 
-double MaxAbs(const std::array<double, 3>& v) { return std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])}); }
+double MaxAbs(const std::array<double, 3>& v) {
+  return std::max({std::fabs(v[0]), std::fabs(v[1]), std::fabs(v[2])});
+}
 
 Instance MakeInstance(uint32_t group, const Transform& transform) {
   Instance instance;
@@ -30,7 +34,8 @@ Instance MakeInstance(uint32_t group, const Transform& transform) {
   instance.group_from_world = Affine::From(transform.inverse_matrix());
   const auto& m = instance.world_from_group.m;
   for (int column = 0; column < 4; ++column)
-    for (int row = 0; row < 3; ++row) instance.embree_transform[column * 3 + row] = static_cast<float>(m[row * 4 + column]);
+    for (int row = 0; row < 3; ++row)
+      instance.embree_transform[column * 3 + row] = static_cast<float>(m[row * 4 + column]);
   // The Frobenius norm bounds the stretch.
   double sum = 0;
   for (int row = 0; row < 3; ++row)
@@ -48,11 +53,14 @@ void CompileGeometry(const SceneDescription& description, SceneParts* parts) {
   parts->groups.resize(1);
   for (const auto& shape : description.shapes) compiler.Add(shape, shape.world_from_object, &parts->groups[0], false);
 
-  // An object used once joins the world's own tree: an instance would cost every ray that passes its box a second traversal.
+  // An object used once joins the world's own tree: an instance would cost every ray that passes its box a second
+  // traversal.
   std::vector<int> uses(description.objects.size(), 0);
   for (const auto& instance : description.instances) {
-    if (instance.object < 0 || instance.object >= static_cast<int>(uses.size())) Fail(instance.where, "the instance names an object that does not exist");
-    if (!instance.world_from_instance.Invertible()) Fail(instance.where, "the instance's transform flattens it to nothing (its matrix is singular)");
+    if (instance.object < 0 || instance.object >= static_cast<int>(uses.size()))
+      Fail(instance.where, "the instance names an object that does not exist");
+    if (!instance.world_from_instance.Invertible())
+      Fail(instance.where, "the instance's transform flattens it to nothing (its matrix is singular)");
     ++uses[instance.object];
   }
   std::vector<uint32_t> group_of(description.objects.size(), 0);
@@ -65,14 +73,16 @@ void CompileGeometry(const SceneDescription& description, SceneParts* parts) {
   }
   for (const auto& use : description.instances) {
     if (uses[use.object] < 2) {
-      for (const auto& shape : description.objects[use.object].shapes) compiler.Add(shape, use.world_from_instance * shape.world_from_object, &parts->groups[0], true);
+      for (const auto& shape : description.objects[use.object].shapes)
+        compiler.Add(shape, use.world_from_instance * shape.world_from_object, &parts->groups[0], true);
       continue;
     }
     const uint32_t group = group_of[use.object];
     if (parts->groups[group].empty()) continue;
     parts->instances.push_back(MakeInstance(group, use.world_from_instance));
     const Bounds3 bounds = use.world_from_instance.Bounds(parts->groups[group].bounds);
-    if (!IsFinite(bounds.min) || !IsFinite(bounds.max)) Fail(use.where, "the instance reaches beyond what floats can hold");
+    if (!IsFinite(bounds.min) || !IsFinite(bounds.max))
+      Fail(use.where, "the instance reaches beyond what floats can hold");
     parts->groups[0].bounds.Extend(bounds);
   }
   parts->accelerator = std::make_unique<Accelerator>(parts->groups, parts->instances, parts->textures);
@@ -87,12 +97,14 @@ void CompileLights(const SceneDescription& description, SceneParts* parts) {
                    },
                    [&](const SpotLight& l) {
                      CheckEmission(l.intensity, light.where);
-                     if (l.from == l.to) Fail(light.where, "a spot light needs \"from\" and \"to\" at different places");
+                     if (l.from == l.to)
+                       Fail(light.where, "a spot light needs \"from\" and \"to\" at different places");
                      parts->lights.AddSpot(l);
                    },
                    [&](const DistantLight& l) {
                      CheckEmission(l.radiance, light.where);
-                     if (!(LengthSquared(l.to_light) > 0)) Fail(light.where, "a distant light needs \"from\" and \"to\" at different places");
+                     if (!(LengthSquared(l.to_light) > 0))
+                       Fail(light.where, "a distant light needs \"from\" and \"to\" at different places");
                      parts->lights.AddDistant(l);
                    },
                    [&](const InfiniteLight& l) {
@@ -108,13 +120,17 @@ void CompileLights(const SceneDescription& description, SceneParts* parts) {
                        throw Error(e.kind(), light.where.ToString() + ": " + e.what());
                      }
                      if (image.width != image.height)
-                       Fail(light.where, "environment image '" + l.path + "' is " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-                                             "; an equal-area octahedral image is square (imgtool makeequiarea converts a latitude-longitude one)");
+                       Fail(light.where, "environment image '" + l.path + "' is " + std::to_string(image.width) +
+                                             " x " + std::to_string(image.height) +
+                                             "; an equal-area octahedral image is square (imgtool makeequiarea "
+                                             "converts a latitude-longitude one)");
                      for (Rgb& p : image.pixels) {
-                       if (!IsFinite(p)) Fail(light.where, "environment image '" + l.path + "' holds values that are not finite");
+                       if (!IsFinite(p))
+                         Fail(light.where, "environment image '" + l.path + "' holds values that are not finite");
                        p = Rgb(std::max(p.r, 0.0f), std::max(p.g, 0.0f), std::max(p.b, 0.0f)) * l.radiance;
                      }
-                     parts->lights.AddEnvironment(EnvironmentLight(std::move(image.pixels), image.width, light.world_from_light));
+                     parts->lights.AddEnvironment(
+                         EnvironmentLight(std::move(image.pixels), image.width, light.world_from_light));
                    },
                },
                light.kind);

@@ -23,7 +23,8 @@ Vec2 HitUv(const GeometryGroup& group, uint32_t slot, uint32_t primitive, float 
   if (slot <= kFilteredTriangles) {
     const Triangle& triangle = group.triangles[slot][primitive];
     if (!(group.meshes[triangle.mesh].flags & MeshRecord::kHasUvs)) return {u + v, v};  // corners (0,0), (1,0), (1,1)
-    const Vertex &a = group.vertices[triangle.corner[0]], &b = group.vertices[triangle.corner[1]], &c = group.vertices[triangle.corner[2]];
+    const Vertex &a = group.vertices[triangle.corner[0]], &b = group.vertices[triangle.corner[1]],
+                 &c = group.vertices[triangle.corner[2]];
     const float w = 1 - u - v;
     return {w * a.u + u * b.u + v * c.u, w * a.v + u * b.v + v * c.v};
   }
@@ -38,12 +39,15 @@ Vec2 HitUv(const GeometryGroup& group, uint32_t slot, uint32_t primitive, float 
   return {turn(v, u), (float(disk.radius) - r) / float(disk.radius - disk.inner_radius)};
 }
 
-bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MeshRecord& record, Vec3 origin, Vec3 direction, uint32_t slot,
-                  uint32_t primitive, float u, float v, Vec3 ng) {
-  const float alpha = textures.Evaluate(record.alpha, record.alpha.texture < 0 ? Vec2{} : HitUv(group, slot, primitive, u, v, ng));
+bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MeshRecord& record, Vec3 origin,
+                  Vec3 direction, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng) {
+  const float alpha =
+      textures.Evaluate(record.alpha, record.alpha.texture < 0 ? Vec2{} : HitUv(group, slot, primitive, u, v, ng));
   if (alpha >= 1) return true;
   if (!(alpha > 0)) return false;
-  const auto pair = [](float a, float b) { return uint64_t{std::bit_cast<uint32_t>(a)} << 32 | std::bit_cast<uint32_t>(b); };
+  const auto pair = [](float a, float b) {
+    return uint64_t{std::bit_cast<uint32_t>(a)} << 32 | std::bit_cast<uint32_t>(b);
+  };
   uint64_t key = MixCombine(pair(origin.x, origin.y), pair(origin.z, direction.x));
   key = MixCombine(key, pair(direction.y, direction.z));
   key = MixCombine(key, uint64_t{slot} << 32 | primitive);

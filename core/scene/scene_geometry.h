@@ -1,7 +1,7 @@
 // The compiled geometry: flat arrays the intersector reads in place and interactions are interpolated from.
 //
-// All triangle meshes of a group lie in one vertex and two triangle arrays: Embree then builds one tree over many small meshes, and a
-// triangle's record (its mesh beside its corners) is one 16-byte load, a vertex one half cache line.
+// All triangle meshes of a group lie in one vertex and two triangle arrays: Embree then builds one tree over many small
+// meshes, and a triangle's record (its mesh beside its corners) is one 16-byte load, a vertex one half cache line.
 #pragma once
 
 #include <array>
@@ -33,12 +33,14 @@ struct Triangle {
 
 struct MeshRecord {
   enum Flags : uint32_t {
-    kHasNormals = 1, kHasUvs = 2,
-    kFlip = 4,             // turn cross(e1, e2), for want of normals that say where the outside is
-    kNeedsUv = 8, kNeedsTangent = 16,
-    kEmissive = 32,        // the outside is one side for the whole triangle, as light sampling sees it
-    kHasAlpha = 64,        // stochastic opacity
-    kNoShadow = 128,       // interface surfaces that emit: seen, but they do not occlude
+    kHasNormals = 1,
+    kHasUvs = 2,
+    kFlip = 4,  // turn cross(e1, e2), for want of normals that say where the outside is
+    kNeedsUv = 8,
+    kNeedsTangent = 16,
+    kEmissive = 32,   // the outside is one side for the whole triangle, as light sampling sees it
+    kHasAlpha = 64,   // stochastic opacity
+    kNoShadow = 128,  // interface surfaces that emit: seen, but they do not occlude
   };
   uint32_t flags = 0;
   uint32_t material = 0;
@@ -51,7 +53,8 @@ struct MeshRecord {
 struct Affine {
   std::array<double, 12> m{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   std::array<double, 3> Point(double x, double y, double z) const {
-    return {m[0] * x + m[1] * y + m[2] * z + m[3], m[4] * x + m[5] * y + m[6] * z + m[7], m[8] * x + m[9] * y + m[10] * z + m[11]};
+    return {m[0] * x + m[1] * y + m[2] * z + m[3], m[4] * x + m[5] * y + m[6] * z + m[7],
+            m[8] * x + m[9] * y + m[10] * z + m[11]};
   }
   std::array<double, 3> Vector(double x, double y, double z) const {
     return {m[0] * x + m[1] * y + m[2] * z, m[4] * x + m[5] * y + m[6] * z, m[8] * x + m[9] * y + m[10] * z};
@@ -88,19 +91,21 @@ struct Instance {
   uint32_t group = 0;
   Affine world_from_group, group_from_world;
   std::array<float, 12> embree_transform{};  // 3x4, column by column
-  float stretch = 1;         // largest length of an image of a unit vector
-  float ray_error = 0;       // world-space magnitude of what transforming a ray into the group rounds, without the point's own
+  float stretch = 1;                         // largest length of an image of a unit vector
+  float ray_error =
+      0;  // world-space magnitude of what transforming a ray into the group rounds, without the point's own
 };
 
 // Surface uv of a hit inside a group, also where no material asked for it.
 Vec2 HitUv(const GeometryGroup& group, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng);
 // Whether a ray meets the surface or passes through its alpha: a pure function of ray and primitive.
-bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MeshRecord& record, Vec3 origin, Vec3 direction, uint32_t slot,
-                  uint32_t primitive, float u, float v, Vec3 ng);
+bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MeshRecord& record, Vec3 origin,
+                  Vec3 direction, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng);
 
-// Error bounds. kRound is half an ulp of 1; the factors are justified and tested in tests/scene/accelerator_offset_test.cpp.
+// Error bounds. kRound is half an ulp of 1; the factors are justified and tested in
+// tests/scene/accelerator_offset_test.cpp.
 inline constexpr float kRound = 0x1p-24f;
-inline constexpr float kPointFactor = 6 * kRound;   // of the largest coordinate
+inline constexpr float kPointFactor = 6 * kRound;    // of the largest coordinate
 inline constexpr float kExtentFactor = 10 * kRound;  // of the primitive's extent
 
 }  // namespace lodestar

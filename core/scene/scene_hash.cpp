@@ -1,4 +1,5 @@
-// The scene's identity: a hash of everything that determines its picture, as compiled where that is flat arrays, as described elsewhere.
+// The scene's identity: a hash of everything that determines its picture, as compiled where that is flat arrays, as
+// described elsewhere.
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -14,10 +15,8 @@ namespace {
 class Hasher {
  public:
   template <class T>
-    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
-  void operator()(T v) {
-    bytes_.Put(v);
-  }
+  requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+  void operator()(T v) { bytes_.Put(v); }
   void operator()(Vec3 v) { Floats({v.x, v.y, v.z}); }
   void operator()(Rgb v) { Floats({v.r, v.g, v.b}); }
   void operator()(const RgbValue& v) {
@@ -222,7 +221,8 @@ void HashEmission(const ShapeDescription& shape, Hasher& put) {
 
 }  // namespace
 
-ContentHash HashScene(const SceneDescription& description, const SceneParts& parts, int resolution_x, int resolution_y) {
+ContentHash HashScene(const SceneDescription& description, const SceneParts& parts, int resolution_x,
+                      int resolution_y) {
   Hasher put;
   put(uint32_t{1});  // version of this document
   for (const auto& group : parts.groups) {

@@ -1,4 +1,5 @@
-// From a hit to a surface: the point by the primitive's own parameters, and nothing interpolated that the material does not look at.
+// From a hit to a surface: the point by the primitive's own parameters, and nothing interpolated that the material does
+// not look at.
 #include <cmath>
 
 #include "core/scene/scene_parts.h"
@@ -6,19 +7,28 @@
 namespace lodestar {
 namespace {
 
-float MaxAbs(Vec3 v) { return std::max(std::fabs(v.x), std::max(std::fabs(v.y), std::fabs(v.z))); }
-Vec3 ToVec3(const std::array<double, 3>& v) { return {float(v[0]), float(v[1]), float(v[2])}; }
+float MaxAbs(Vec3 v) {
+  return std::max(std::fabs(v.x), std::max(std::fabs(v.y), std::fabs(v.z)));
+}
+Vec3 ToVec3(const std::array<double, 3>& v) {
+  return {float(v[0]), float(v[1]), float(v[2])};
+}
 
 // Moves an interaction from its group's space to the world.
 void ToWorld(const Instance& instance, Vec3 tangent, bool needs_tangent, SurfaceInteraction* si) {
   const Vec3 p = si->p;
   si->p = ToVec3(instance.world_from_group.Point(p.x, p.y, p.z));
-  const auto normal = [&instance](Vec3 n) { return Normalize(ToVec3(instance.group_from_world.Transposed(n.x, n.y, n.z))); };
+  const auto normal = [&instance](Vec3 n) {
+    return Normalize(ToVec3(instance.group_from_world.Transposed(n.x, n.y, n.z)));
+  };
   const Vec3 ns = normal(si->shading.n);
   si->ng = FaceForward(normal(si->ng), ns);  // a stretch may tilt one past the other
-  si->shading = needs_tangent ? Frame::FromNormalAndTangent(ns, ToVec3(instance.world_from_group.Vector(tangent.x, tangent.y, tangent.z))) : Frame::FromNormal(ns);
+  si->shading = needs_tangent ? Frame::FromNormalAndTangent(
+                                    ns, ToVec3(instance.world_from_group.Vector(tangent.x, tangent.y, tangent.z)))
+                              : Frame::FromNormal(ns);
   // The ray is moved into the group in floats: both spaces' roundings count.
-  si->offset = instance.stretch * si->offset + kPointFactor * (MaxAbs(si->p) + instance.stretch * MaxAbs(p)) + instance.ray_error;
+  si->offset = instance.stretch * si->offset + kPointFactor * (MaxAbs(si->p) + instance.stretch * MaxAbs(p)) +
+               instance.ray_error;
 }
 
 // Direction of growing u; zero where the uvs are degenerate.
@@ -40,7 +50,9 @@ SurfaceInteraction InteractTriangle(const SceneParts& parts, const GeometryGroup
   SurfaceInteraction si;
   si.t = hit.t;
   si.material = mesh.material;
-  si.light = mesh.flags & MeshRecord::kEmissive ? mesh.first_light + static_cast<int32_t>(hit.primitive - mesh.first_triangle) : -1;
+  si.light = mesh.flags & MeshRecord::kEmissive
+                 ? mesh.first_light + static_cast<int32_t>(hit.primitive - mesh.first_triangle)
+                 : -1;
   si.p = a.p + (e1 * hit.u + e2 * hit.v);
 
   const Vec3 cross = Cross(e1, e2);
@@ -88,7 +100,8 @@ SurfaceInteraction InteractQuadric(const SceneParts& parts, const GeometryGroup&
   si.light = q.record.first_light;
   // On the surface by its own parameters, whatever t was rounded to.
   const double r = q.radius;
-  const double x = sphere ? hit.ng.x * r : hit.u * r, y = sphere ? hit.ng.y * r : hit.v * r, z = sphere ? hit.ng.z * r : q.height;
+  const double x = sphere ? hit.ng.x * r : hit.u * r, y = sphere ? hit.ng.y * r : hit.v * r,
+               z = sphere ? hit.ng.z * r : q.height;
   si.p = ToVec3(q.group_from_object.Point(x, y, z));
   const Vec3 object_normal = sphere ? hit.ng : Vec3{0, 0, 1};
   si.ng = Normalize(ToVec3(q.object_from_group.Transposed(object_normal.x, object_normal.y, object_normal.z)));

@@ -10,7 +10,9 @@ struct Overloaded : Handlers... {
   using Handlers::operator()...;
 };
 
-Rgb Reflectance(Rgb c) { return Clamp(c, 0, 1); }
+Rgb Reflectance(Rgb c) {
+  return Clamp(c, 0, 1);
+}
 
 // Values and textures of one material, evaluated at a point.
 struct Evaluator {
@@ -73,13 +75,15 @@ struct Folder {
 
 }  // namespace
 
-MaterialTable::MaterialTable(const std::vector<MaterialDescription>& materials, const TextureTable& textures) : textures_(&textures) {
+MaterialTable::MaterialTable(const std::vector<MaterialDescription>& materials, const TextureTable& textures)
+    : textures_(&textures) {
   for (size_t i = 0; i < materials.size(); ++i) {
     if (const auto* mix = std::get_if<MixMaterial>(&materials[i].kind)) {
       // Only earlier materials, so that resolving a mix ends.
       if (mix->a < 0 || mix->b < 0 || mix->a >= static_cast<int>(i) || mix->b >= static_cast<int>(i))
-        throw Error(ErrorKind::kInvalidInput, materials[i].where.ToString() + ": mix material '" + materials[i].name +
-                                                  "' uses a material that is not declared before it; declare its parts first");
+        throw Error(ErrorKind::kInvalidInput,
+                    materials[i].where.ToString() + ": mix material '" + materials[i].name +
+                        "' uses a material that is not declared before it; declare its parts first");
     }
     Material material;
     Compile(materials[i], &material);
@@ -165,15 +169,18 @@ Bsdf MaterialTable::Build(const Material& material, Vec2 uv) const {
                         [&](const DielectricMaterial& d) { return Bsdf::Dielectric(d.eta, at.Alphas(d.roughness)); },
                         [&](const ThinDielectricMaterial& d) { return Bsdf::ThinDielectric(d.eta); },
                         [&](const CoatedDiffuseMaterial& d) {
-                          return Bsdf::CoatedDiffuse(Reflectance(at.Color(d.reflectance)), d.eta, at.Alphas(d.roughness));
+                          return Bsdf::CoatedDiffuse(Reflectance(at.Color(d.reflectance)), d.eta,
+                                                     at.Alphas(d.roughness));
                         },
                         [&](const CoatedConductorMaterial& d) {
                           Rgb eta, k;
                           at.Index(d.conductor, &eta, &k);
-                          return Bsdf::CoatedConductor(d.interface_eta, at.Alphas(d.interface_roughness), eta, k, at.Alphas(d.conductor.roughness));
+                          return Bsdf::CoatedConductor(d.interface_eta, at.Alphas(d.interface_roughness), eta, k,
+                                                       at.Alphas(d.conductor.roughness));
                         },
                         [&](const DiffuseTransmissionMaterial& d) {
-                          return Bsdf::DiffuseTransmission(Reflectance(at.Color(d.reflectance) * d.scale), Reflectance(at.Color(d.transmittance) * d.scale));
+                          return Bsdf::DiffuseTransmission(Reflectance(at.Color(d.reflectance) * d.scale),
+                                                           Reflectance(at.Color(d.transmittance) * d.scale));
                         },
                         [&](const MixMaterial&) { return Bsdf::None(); },
                         [&](const InterfaceMaterial&) { return Bsdf::None(); },
@@ -192,9 +199,12 @@ Bsdf MaterialTable::Cook(const Material& material, Vec2 uv, float u_mix) const {
     m = &materials_[take_b ? mix.b : mix.a];
   }
   switch (m->recipe) {
-    case Recipe::kReady: return m->ready;
-    case Recipe::kReflectance: return m->ready.WithReflectance(Reflectance(textures_->Evaluate(m->reflectance, uv)));
-    default: return Build(*m, uv);
+    case Recipe::kReady:
+      return m->ready;
+    case Recipe::kReflectance:
+      return m->ready.WithReflectance(Reflectance(textures_->Evaluate(m->reflectance, uv)));
+    default:
+      return Build(*m, uv);
   }
 }
 

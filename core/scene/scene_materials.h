@@ -12,7 +12,8 @@ namespace lodestar {
 class MaterialTable {
  public:
   MaterialTable() = default;
-  // Throws Error with the directive's place for a mix of itself or a parameter outside its range. `textures` must outlive the table.
+  // Throws Error with the directive's place for a mix of itself or a parameter outside its range. `textures` must
+  // outlive the table.
   MaterialTable(const std::vector<MaterialDescription>& materials, const TextureTable& textures);
 
   // u_mix in [0, 1) resolves mixes.
@@ -31,8 +32,10 @@ class MaterialTable {
 
  private:
   enum class Recipe : uint8_t {
-    kReady, kReflectance,  // `ready` with a textured reflectance
-    kGeneral, kMix,
+    kReady,
+    kReflectance,  // `ready` with a textured reflectance
+    kGeneral,
+    kMix,
   };
   struct Material {
     Recipe recipe = Recipe::kReady;

@@ -27,7 +27,8 @@ struct SceneParts {
 class ShapeCompiler {
  public:
   ShapeCompiler(const SceneDescription& description, SceneParts* parts) : description_(description), parts_(*parts) {}
-  // group_from_object: the shape's transform, after an instance's where that is flattened. `in_object`: area lights are refused.
+  // group_from_object: the shape's transform, after an instance's where that is flattened. `in_object`: area lights are
+  // refused.
   void Add(const ShapeDescription& shape, const Transform& group_from_object, GeometryGroup* group, bool in_object);
 
  private:

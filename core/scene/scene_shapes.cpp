@@ -14,9 +14,13 @@ struct Overloaded : Handlers... {
 
 constexpr float kLargestCoordinate = 1e15f;  // squares and products of three stay finite
 
-[[noreturn]] void Fail(ErrorKind kind, const SourceLocation& where, const std::string& why) { throw Error(kind, where.ToString() + ": " + why); }
+[[noreturn]] void Fail(ErrorKind kind, const SourceLocation& where, const std::string& why) {
+  throw Error(kind, where.ToString() + ": " + why);
+}
 
-bool Usable(Vec3 p) { return IsFinite(p) && MaxComponent(Abs(p)) <= kLargestCoordinate; }
+bool Usable(Vec3 p) {
+  return IsFinite(p) && MaxComponent(Abs(p)) <= kLargestCoordinate;
+}
 
 }  // namespace
 
@@ -29,14 +33,21 @@ struct ShapeCompiler::Surface {
   uint32_t flags = 0;
   FloatValue alpha;
   std::optional<LightTable::Emission> emission;
-  uint32_t slot() const { return flags & (MeshRecord::kHasAlpha | MeshRecord::kNoShadow) ? kFilteredTriangles : kOpaqueTriangles; }
+  uint32_t slot() const {
+    return flags & (MeshRecord::kHasAlpha | MeshRecord::kNoShadow) ? kFilteredTriangles : kOpaqueTriangles;
+  }
 };
 
-void ShapeCompiler::Add(const ShapeDescription& shape, const Transform& transform, GeometryGroup* group, bool in_object) {
-  if (shape.material < 0 || shape.material >= static_cast<int>(description_.materials.size())) Fail(ErrorKind::kInvalidInput, shape.where, "the shape's material does not exist");
-  if (!transform.Invertible()) Fail(ErrorKind::kInvalidInput, shape.where, "the shape's transform flattens it to nothing (its matrix is singular)");
+void ShapeCompiler::Add(const ShapeDescription& shape, const Transform& transform, GeometryGroup* group,
+                        bool in_object) {
+  if (shape.material < 0 || shape.material >= static_cast<int>(description_.materials.size()))
+    Fail(ErrorKind::kInvalidInput, shape.where, "the shape's material does not exist");
+  if (!transform.Invertible())
+    Fail(ErrorKind::kInvalidInput, shape.where,
+         "the shape's transform flattens it to nothing (its matrix is singular)");
   if (in_object && shape.light)
-    Fail(ErrorKind::kUnsupported, shape.light->where, "area lights inside object definitions are not supported; take the shape out of ObjectBegin/ObjectEnd");
+    Fail(ErrorKind::kUnsupported, shape.light->where,
+         "area lights inside object definitions are not supported; take the shape out of ObjectBegin/ObjectEnd");
 
   const auto& traits = parts_.materials.traits(shape.material);
   Surface surface{shape, transform, transform.SwapsHandedness(), false, 0, {}, {}};
@@ -48,7 +59,8 @@ void ShapeCompiler::Add(const ShapeDescription& shape, const Transform& transfor
   if (shape.light && !IsBlack(shape.light->radiance)) {
     if (!IsFinite(shape.light->radiance) || MinComponent(shape.light->radiance) < 0)
       Fail(ErrorKind::kInvalidInput, shape.light->where, "an area light's radiance must be finite and not negative");
-    surface.emission = LightTable::Emission{shape.light->radiance, shape.light->two_sided, surface.invisible, surface.alpha};
+    surface.emission =
+        LightTable::Emission{shape.light->radiance, shape.light->two_sided, surface.invisible, surface.alpha};
     surface.flags |= MeshRecord::kEmissive;
   }
   if (traits.interface_only) surface.flags |= MeshRecord::kNoShadow;
@@ -57,7 +69,8 @@ void ShapeCompiler::Add(const ShapeDescription& shape, const Transform& transfor
 
   const auto quadric = [&](double radius, double inner, double height) {
     if (!(radius > 0) || !(inner >= 0 && inner < radius) || !std::isfinite(radius) || !std::isfinite(height))
-      Fail(ErrorKind::kInvalidInput, shape.where, "a radius must be positive and finite, and an inner radius smaller than the outer");
+      Fail(ErrorKind::kInvalidInput, shape.where,
+           "a radius must be positive and finite, and an inner radius smaller than the outer");
     Quadric q;
     q.group_from_object = Affine::From(transform.matrix());
     q.object_from_group = Affine::From(transform.inverse_matrix());
@@ -67,30 +80,34 @@ void ShapeCompiler::Add(const ShapeDescription& shape, const Transform& transfor
     q.reverse = shape.reverse_orientation;
     return q;
   };
-  std::visit(Overloaded{
-                 [&](const TriangleMesh& mesh) { AddMesh(mesh, surface, group); },
-                 [&](const PlyMesh& ply) {
-                   try {
-                     AddMesh(ReadPly(ply.path), surface, group);
-                   } catch (const Error& e) {
-                     const std::string text = e.what(), place = shape.where.ToString();
-                     throw Error(e.kind(), text.starts_with(place) ? text : place + ": " + text);
-                   }
-                 },
-                 [&](const SphereShape& s) { AddQuadric(quadric(s.radius, 0, 0), true, surface, group); },
-                 [&](const DiskShape& d) { AddQuadric(quadric(d.radius, d.inner_radius, d.height), false, surface, group); },
-                 [&](const BilinearMesh& mesh) { AddMesh(Tessellate(mesh, surface), surface, group); },
-             },
-             shape.kind);
+  std::visit(
+      Overloaded{
+          [&](const TriangleMesh& mesh) { AddMesh(mesh, surface, group); },
+          [&](const PlyMesh& ply) {
+            try {
+              AddMesh(ReadPly(ply.path), surface, group);
+            } catch (const Error& e) {
+              const std::string text = e.what(), place = shape.where.ToString();
+              throw Error(e.kind(), text.starts_with(place) ? text : place + ": " + text);
+            }
+          },
+          [&](const SphereShape& s) { AddQuadric(quadric(s.radius, 0, 0), true, surface, group); },
+          [&](const DiskShape& d) { AddQuadric(quadric(d.radius, d.inner_radius, d.height), false, surface, group); },
+          [&](const BilinearMesh& mesh) { AddMesh(Tessellate(mesh, surface), surface, group); },
+      },
+      shape.kind);
 }
 
 void ShapeCompiler::AddMesh(const TriangleMesh& mesh, const Surface& surface, GeometryGroup* group) {
   const SourceLocation& where = surface.shape.where;
   const bool reverse = surface.shape.reverse_orientation;
   const size_t count = mesh.positions.size();
-  if (!mesh.normals.empty() && mesh.normals.size() != count) Fail(ErrorKind::kInvalidInput, where, "the mesh has another number of normals than of vertices");
-  if (!mesh.uvs.empty() && mesh.uvs.size() != count) Fail(ErrorKind::kInvalidInput, where, "the mesh has another number of uvs than of vertices");
-  if (group->vertices.size() + count >= (size_t{1} << 32)) Fail(ErrorKind::kUnsupported, where, "more than 2^32 vertices in one scene");
+  if (!mesh.normals.empty() && mesh.normals.size() != count)
+    Fail(ErrorKind::kInvalidInput, where, "the mesh has another number of normals than of vertices");
+  if (!mesh.uvs.empty() && mesh.uvs.size() != count)
+    Fail(ErrorKind::kInvalidInput, where, "the mesh has another number of uvs than of vertices");
+  if (group->vertices.size() + count >= (size_t{1} << 32))
+    Fail(ErrorKind::kUnsupported, where, "more than 2^32 vertices in one scene");
 
   MeshRecord record;
   record.flags = surface.flags;
@@ -100,14 +117,16 @@ void ShapeCompiler::AddMesh(const TriangleMesh& mesh, const Surface& surface, Ge
   if (!mesh.uvs.empty()) record.flags |= MeshRecord::kHasUvs;
   if (mesh.normals.empty() && reverse != surface.swaps) record.flags |= MeshRecord::kFlip;
 
-  // 1. Vertices into the group's space. Normals share one scale, which keeps their relative weights in the interpolation.
+  // 1. Vertices into the group's space. Normals share one scale, which keeps their relative weights in the
+  // interpolation.
   const auto base = static_cast<uint32_t>(group->vertices.size());
   std::vector<Vertex> vertices(count);
   float longest = 0;
   for (size_t i = 0; i < count; ++i) {
     Vertex& v = vertices[i];
     v.p = surface.transform.Point(mesh.positions[i]);
-    if (!Usable(v.p)) Fail(ErrorKind::kInvalidInput, where, "vertex " + std::to_string(i) + " is not finite or beyond 1e15");
+    if (!Usable(v.p))
+      Fail(ErrorKind::kInvalidInput, where, "vertex " + std::to_string(i) + " is not finite or beyond 1e15");
     if (!mesh.uvs.empty()) {
       v.u = mesh.uvs[i].x;
       v.v = mesh.uvs[i].y;
@@ -132,7 +151,10 @@ void ShapeCompiler::AddMesh(const TriangleMesh& mesh, const Surface& surface, Ge
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& corner = mesh.triangles[i];
     for (const uint32_t index : corner)
-      if (index >= count) Fail(ErrorKind::kInvalidInput, where, "triangle " + std::to_string(i) + " names vertex " + std::to_string(index) + " of " + std::to_string(count));
+      if (index >= count)
+        Fail(ErrorKind::kInvalidInput, where,
+             "triangle " + std::to_string(i) + " names vertex " + std::to_string(index) + " of " +
+                 std::to_string(count));
     const Vertex &a = vertices[corner[0]], &b = vertices[corner[1]], &c = vertices[corner[2]];
     const Vec3 e1 = b.p - a.p, e2 = c.p - a.p, cross = Cross(e1, e2);
     const float length_squared = LengthSquared(cross);
@@ -140,7 +162,9 @@ void ShapeCompiler::AddMesh(const TriangleMesh& mesh, const Surface& surface, Ge
       ++group->dropped_triangles;
       continue;
     }
-    if (!surface.invisible) triangles.push_back({{base + corner[0], base + corner[1], base + corner[2]}, static_cast<uint32_t>(group->meshes.size())});
+    if (!surface.invisible)
+      triangles.push_back(
+          {{base + corner[0], base + corner[1], base + corner[2]}, static_cast<uint32_t>(group->meshes.size())});
     for (const Vertex* v : {&a, &b, &c}) group->bounds.Extend(v->p);
     if (surface.emission) {
       LightTriangle t{a.p, e1, e2, cross * (1 / std::sqrt(length_squared)), 0.5f * std::sqrt(length_squared)};
@@ -159,7 +183,9 @@ void ShapeCompiler::AddMesh(const TriangleMesh& mesh, const Surface& surface, Ge
     if (surface.shape.light->power > 0) {
       double area = 0;
       for (const auto& t : emitters) area += t.area;
-      emission.radiance *= static_cast<float>(surface.shape.light->power / (double(kPi) * area * (emission.two_sided ? 2 : 1) * Luminance(emission.radiance)));
+      emission.radiance *=
+          static_cast<float>(surface.shape.light->power /
+                             (double(kPi) * area * (emission.two_sided ? 2 : 1) * Luminance(emission.radiance)));
     }
     for (size_t i = 0; i < emitters.size(); ++i) {
       const int32_t light = parts_.lights.AddTriangle(emitters[i], emission, emitter_uvs[i]);
@@ -179,14 +205,16 @@ void ShapeCompiler::AddQuadric(Quadric q, bool sphere, const Surface& surface, G
   const auto center = q.group_from_object.Point(0, 0, h);
   Bounds3 box;
   double longest = 0;
-  for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, std::sqrt(m[axis] * m[axis] + m[4 + axis] * m[4 + axis] + m[8 + axis] * m[8 + axis]));
+  for (int axis = 0; axis < 3; ++axis)
+    longest = std::max(longest, std::sqrt(m[axis] * m[axis] + m[4 + axis] * m[4 + axis] + m[8 + axis] * m[8 + axis]));
   for (int axis = 0; axis < 3; ++axis) {
     const double* row = m.data() + axis * 4;
     const double half = q.radius * std::sqrt(row[0] * row[0] + row[1] * row[1] + (sphere ? row[2] * row[2] : 0));
     box.min[axis] = static_cast<float>(center[axis] - half);
     box.max[axis] = static_cast<float>(center[axis] + half);
   }
-  if (!Usable(box.min) || !Usable(box.max)) Fail(ErrorKind::kInvalidInput, where, "the shape reaches beyond 1e15 or is not finite");
+  if (!Usable(box.min) || !Usable(box.max))
+    Fail(ErrorKind::kInvalidInput, where, "the shape reaches beyond 1e15 or is not finite");
   group->bounds.Extend(box);
   q.scale = static_cast<float>(longest * q.radius);
   q.record.flags = surface.flags;
@@ -194,21 +222,28 @@ void ShapeCompiler::AddQuadric(Quadric q, bool sphere, const Surface& surface, G
   q.record.alpha = surface.alpha;
   if (surface.emission) {
     LightTable::Emission emission = *surface.emission;
-    if (surface.alpha.texture >= 0) Fail(ErrorKind::kUnsupported, where, "an area light on a sphere or disk with an alpha texture; use a triangle mesh");
-    if (!surface.invisible && surface.alpha.value < 1) Fail(ErrorKind::kUnsupported, where, "an area light on a sphere or disk with an opacity between 0 and 1; scale its radiance instead");
+    if (surface.alpha.texture >= 0)
+      Fail(ErrorKind::kUnsupported, where,
+           "an area light on a sphere or disk with an alpha texture; use a triangle mesh");
+    if (!surface.invisible && surface.alpha.value < 1)
+      Fail(ErrorKind::kUnsupported, where,
+           "an area light on a sphere or disk with an opacity between 0 and 1; scale its radiance instead");
     if (surface.shape.light->power > 0) {
       // Of a similarity; others deviate as their area does.
-      const double area = sphere ? 4 * double(kPi) * Sqr(q.scale)
-                                 : double(kPi) * (q.radius * q.radius - q.inner_radius * q.inner_radius) * Sqr(float(longest));
-      emission.radiance *= static_cast<float>(surface.shape.light->power / (double(kPi) * area * (emission.two_sided ? 2 : 1) * Luminance(emission.radiance)));
+      const double area =
+          sphere ? 4 * double(kPi) * Sqr(q.scale)
+                 : double(kPi) * (q.radius * q.radius - q.inner_radius * q.inner_radius) * Sqr(float(longest));
+      emission.radiance *=
+          static_cast<float>(surface.shape.light->power /
+                             (double(kPi) * area * (emission.two_sided ? 2 : 1) * Luminance(emission.radiance)));
     }
     q.record.first_light = sphere ? parts_.lights.AddSphere(q, emission) : parts_.lights.AddDisk(q, emission);
   }
   if (!surface.invisible) (sphere ? group->spheres : group->disks).push_back(q);
 }
 
-// A parallelogram is two triangles exactly. A twisted patch becomes a grid whose distance from the surface is below 1e-4 of the patch's extent, with the
-// surface's own normals.
+// A parallelogram is two triangles exactly. A twisted patch becomes a grid whose distance from the surface is below
+// 1e-4 of the patch's extent, with the surface's own normals.
 TriangleMesh ShapeCompiler::Tessellate(const BilinearMesh& mesh, const Surface& surface) const {
   const SourceLocation& where = surface.shape.where;
   const size_t count = mesh.positions.size();
@@ -217,7 +252,9 @@ TriangleMesh ShapeCompiler::Tessellate(const BilinearMesh& mesh, const Surface& 
   bool twisted = false;
   for (const auto& patch : mesh.patches)
     for (const uint32_t index : patch)
-      if (index >= count) Fail(ErrorKind::kInvalidInput, where, "a patch names vertex " + std::to_string(index) + " of " + std::to_string(count));
+      if (index >= count)
+        Fail(ErrorKind::kInvalidInput, where,
+             "a patch names vertex " + std::to_string(index) + " of " + std::to_string(count));
   const auto twist = [&](const std::array<uint32_t, 4>& k) {
     const auto& p = mesh.positions;
     const float extent = std::max({Length(p[k[1]] - p[k[0]]), Length(p[k[2]] - p[k[0]]), Length(p[k[3]] - p[k[0]])});
@@ -229,13 +266,17 @@ TriangleMesh ShapeCompiler::Tessellate(const BilinearMesh& mesh, const Surface& 
   for (const auto& k : mesh.patches) {
     const int n = std::clamp(static_cast<int>(std::ceil(std::sqrt(twist(k) / 8e-4f))), 1, 64);
     const auto base = static_cast<uint32_t>(out.positions.size());
-    const Vec3 p00 = mesh.positions[k[0]], p10 = mesh.positions[k[1]], p01 = mesh.positions[k[2]], p11 = mesh.positions[k[3]];
+    const Vec3 p00 = mesh.positions[k[0]], p10 = mesh.positions[k[1]], p01 = mesh.positions[k[2]],
+               p11 = mesh.positions[k[3]];
     for (int j = 0; j <= n; ++j)
       for (int i = 0; i <= n; ++i) {
         const float u = float(i) / float(n), v = float(j) / float(n);
-        const auto blend = [&](auto a, auto b, auto c, auto d) { return (a * (1 - u) + b * u) * (1 - v) + (c * (1 - u) + d * u) * v; };
+        const auto blend = [&](auto a, auto b, auto c, auto d) {
+          return (a * (1 - u) + b * u) * (1 - v) + (c * (1 - u) + d * u) * v;
+        };
         out.positions.push_back(blend(p00, p10, p01, p11));
-        out.uvs.push_back(mesh.uvs.empty() ? Vec2{u, v} : blend(mesh.uvs[k[0]], mesh.uvs[k[1]], mesh.uvs[k[2]], mesh.uvs[k[3]]));
+        out.uvs.push_back(mesh.uvs.empty() ? Vec2{u, v}
+                                           : blend(mesh.uvs[k[0]], mesh.uvs[k[1]], mesh.uvs[k[2]], mesh.uvs[k[3]]));
         if (!mesh.normals.empty()) {
           out.normals.push_back(blend(mesh.normals[k[0]], mesh.normals[k[1]], mesh.normals[k[2]], mesh.normals[k[3]]));
         } else if (twisted) {

@@ -21,31 +21,33 @@ struct Ray {
 struct Hit {
   static constexpr uint32_t kNoInstance = ~0u;
   float t;
-  float u, v;           // barycentrics of the second and third corner; on a disk the unit-disk coordinates
-  Vec3 ng;              // spheres only: the unit object-space normal
-  uint32_t geometry;    // GeometrySlot (scene_geometry.h)
+  float u, v;         // barycentrics of the second and third corner; on a disk the unit-disk coordinates
+  Vec3 ng;            // spheres only: the unit object-space normal
+  uint32_t geometry;  // GeometrySlot (scene_geometry.h)
   uint32_t primitive;
-  uint32_t instance;    // kNoInstance: none
+  uint32_t instance;  // kNoInstance: none
 };
 
 struct SurfaceInteraction {
-  Vec3 p;               // on the surface, reconstructed from the primitive, not from t
-  Vec3 ng;              // unit geometric normal, on the side of the shading normal's hemisphere (emission side after ReverseOrientation)
+  Vec3 p;   // on the surface, reconstructed from the primitive, not from t
+  Vec3 ng;  // unit geometric normal, on the side of the shading normal's hemisphere (emission side after
+            // ReverseOrientation)
   Frame shading;
-  Vec2 uv;              // valid where the material or its alpha looks at it
+  Vec2 uv;  // valid where the material or its alpha looks at it
   float t;
-  float offset;         // a bound of the error of p along ng, and of the intersector's: rays start this far off the surface along +-ng
+  float offset;  // a bound of the error of p along ng, and of the intersector's: rays start this far off the surface
+                 // along +-ng
   uint32_t material;
-  int32_t light = -1;   // emitter index for LightPdf / Emitted; -1: does not emit
+  int32_t light = -1;  // emitter index for LightPdf / Emitted; -1: does not emit
 };
 
 // The estimator of the light's contribution is f_cos * radiance / pdf for every light, delta or not.
 struct LightSample {
-  Vec3 wi;              // from the reference point to the light
-  Rgb radiance;         // arriving along wi if unoccluded (point and spot: intensity / distance^2; distant: irradiance)
-  float pdf = 0;        // > 0, includes the probability of having picked the light; for delta lights that probability alone
-  bool delta = false;   // cannot be hit by BSDF sampling: no MIS
-  Vec3 target;          // point on the light, pulled off it by its error bound; not set where `infinite`
+  Vec3 wi;        // from the reference point to the light
+  Rgb radiance;   // arriving along wi if unoccluded (point and spot: intensity / distance^2; distant: irradiance)
+  float pdf = 0;  // > 0, includes the probability of having picked the light; for delta lights that probability alone
+  bool delta = false;  // cannot be hit by BSDF sampling: no MIS
+  Vec3 target;         // point on the light, pulled off it by its error bound; not set where `infinite`
   bool infinite = false;
 };
 

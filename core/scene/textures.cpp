@@ -9,7 +9,9 @@
 namespace lodestar {
 namespace {
 
-Vec2 Map(const UvMapping& m, Vec2 uv) { return {m.su * uv.x + m.du, m.sv * uv.y + m.dv}; }
+Vec2 Map(const UvMapping& m, Vec2 uv) {
+  return {m.su * uv.x + m.du, m.sv * uv.y + m.dv};
+}
 
 template <class... Handlers>
 struct Overloaded : Handlers... {
@@ -39,7 +41,8 @@ TextureTable::TextureTable(const std::vector<TextureDescription>& textures) {
     // A texture may only use those before it, which is how the format declares them; so evaluation ends.
     const auto child = [&](const RgbValue& v) {
       if (v.texture >= static_cast<int>(nodes_.size()))
-        throw Error(ErrorKind::kInvalidInput, description.where.ToString() + ": texture '" + description.name + "' uses a texture that is declared after it");
+        throw Error(ErrorKind::kInvalidInput, description.where.ToString() + ": texture '" + description.name +
+                                                  "' uses a texture that is declared after it");
       return Fold(v);
     };
     std::visit(Overloaded{
@@ -84,14 +87,16 @@ TextureTable::TextureTable(const std::vector<TextureDescription>& textures) {
 Rgb TextureTable::EvaluateNode(int index, Vec2 uv) const {
   const Node& n = nodes_[index];
   switch (n.kind) {
-    case Kind::kConstant: return n.a.value;
+    case Kind::kConstant:
+      return n.a.value;
     case Kind::kImage: {
       const Vec2 st = Map(n.mapping, uv);
       Rgb c = n.image->LookupRgb({st.x, 1 - st.y}, n.wrap, n.nearest) * n.scale;  // v points up, rows run down
       if (n.invert) c = {std::max(1 - c.r, 0.0f), std::max(1 - c.g, 0.0f), std::max(1 - c.b, 0.0f)};
       return c;
     }
-    case Kind::kScale: return Evaluate(n.a, uv) * Evaluate(n.b, uv);
+    case Kind::kScale:
+      return Evaluate(n.a, uv) * Evaluate(n.b, uv);
     case Kind::kMix: {
       const Rgb t = Evaluate(n.amount, uv);
       return Evaluate(n.a, uv) * (Rgb(1) - t) + Evaluate(n.b, uv) * t;
@@ -109,14 +114,17 @@ float TextureTable::EvaluateFloatNode(int index, Vec2 uv) const {
   const Node& n = nodes_[index];
   const auto value = [&](const RgbValue& v) { return v.texture < 0 ? v.value.r : EvaluateFloatNode(v.texture, uv); };
   switch (n.kind) {
-    case Kind::kConstant: return n.a.value.r;
+    case Kind::kConstant:
+      return n.a.value.r;
     case Kind::kImage: {
       const Vec2 st = Map(n.mapping, uv);
       const float v = n.image->LookupFloat({st.x, 1 - st.y}, n.wrap, n.nearest) * n.scale;
       return n.invert ? std::max(1 - v, 0.0f) : v;
     }
-    case Kind::kScale: return value(n.a) * value(n.b);
-    case Kind::kMix: return Lerp(value(n.amount), value(n.a), value(n.b));
+    case Kind::kScale:
+      return value(n.a) * value(n.b);
+    case Kind::kMix:
+      return Lerp(value(n.amount), value(n.a), value(n.b));
     case Kind::kCheckerboard: {
       const Vec2 st = Map(n.mapping, uv);
       return value(std::fmod(std::floor(st.x) + std::floor(st.y), 2.0f) != 0 ? n.b : n.a);

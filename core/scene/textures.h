@@ -1,4 +1,5 @@
-// The compiled textures: expression nodes over images, indexed as SceneDescription::textures. Constants are folded when materials are compiled.
+// The compiled textures: expression nodes over images, indexed as SceneDescription::textures. Constants are folded when
+// materials are compiled.
 #pragma once
 
 #include <memory>
@@ -12,11 +13,16 @@ namespace lodestar {
 class TextureTable {
  public:
   TextureTable() = default;
-  // Loads every image once. Throws Error with the directive's place for a missing or damaged file and for a texture that refers to itself.
+  // Loads every image once. Throws Error with the directive's place for a missing or damaged file and for a texture
+  // that refers to itself.
   explicit TextureTable(const std::vector<TextureDescription>& textures);
 
-  Rgb Evaluate(const RgbValue& value, Vec2 uv) const { return value.texture < 0 ? value.value : EvaluateNode(value.texture, uv); }
-  float Evaluate(const FloatValue& value, Vec2 uv) const { return value.texture < 0 ? value.value : EvaluateFloatNode(value.texture, uv); }
+  Rgb Evaluate(const RgbValue& value, Vec2 uv) const {
+    return value.texture < 0 ? value.value : EvaluateNode(value.texture, uv);
+  }
+  float Evaluate(const FloatValue& value, Vec2 uv) const {
+    return value.texture < 0 ? value.value : EvaluateFloatNode(value.texture, uv);
+  }
   // The value itself where it does not depend on uv: its texture becomes -1.
   RgbValue Fold(const RgbValue& value) const;
   FloatValue Fold(const FloatValue& value) const;
