@@ -122,8 +122,7 @@ std::optional<BsdfSample> Bsdf::SampleOther(Vec3 wo, float u_lobe, Vec2 u) const
       sample = SampleConductor(wo, u_lobe, u);
       break;
     case Kind::kSmoothConductor:
-      sample =
-          BsdfSample{.wi = {-wo.x, -wo.y, wo.z}, .weight = FresnelConductor(wo.z, a_, b_), .pdf = 1, .delta = true};
+      sample = MirrorSample(wo, FresnelConductor(wo.z, a_, b_), 1);
       break;
     case Kind::kDielectric:
       sample = SampleDielectric(wo, u_lobe, u, eta);
@@ -151,10 +150,14 @@ std::optional<BsdfSample> Bsdf::SampleOther(Vec3 wo, float u_lobe, Vec2 u) const
   return sample;
 }
 
+BsdfSample Bsdf::MirrorSample(Vec3 wo, Rgb weight, float probability) {
+  return {.wi = {-wo.x, -wo.y, wo.z}, .weight = weight, .pdf = probability, .delta = true, .alpha = 0};
+}
+
 std::optional<BsdfSample> Bsdf::SampleSmoothDielectric(Vec3 wo, float u_lobe, float eta) const {
   const DielectricFresnel fresnel = FresnelDielectric(wo.z, eta);
   if (u_lobe < fresnel.reflectance) {
-    return BsdfSample{.wi = {-wo.x, -wo.y, wo.z}, .weight = Rgb(1), .pdf = fresnel.reflectance, .delta = true};
+    return MirrorSample(wo, Rgb(1), fresnel.reflectance);
   }
   const float inv = 1 / eta;
   return BsdfSample{.wi = {-wo.x * inv, -wo.y * inv, -fresnel.cos_t},
@@ -162,13 +165,14 @@ std::optional<BsdfSample> Bsdf::SampleSmoothDielectric(Vec3 wo, float u_lobe, fl
                     .pdf = 1 - fresnel.reflectance,
                     .eta = eta,
                     .delta = true,
-                    .transmission = true};
+                    .transmission = true,
+                    .alpha = 0};
 }
 
 std::optional<BsdfSample> Bsdf::SampleThinDielectric(Vec3 wo, float u_lobe) const {
   const float r = PaneReflectance(wo.z, eta_);
-  if (u_lobe < r) return BsdfSample{.wi = {-wo.x, -wo.y, wo.z}, .weight = Rgb(1), .pdf = r, .delta = true};
-  return BsdfSample{.wi = -wo, .weight = Rgb(1), .pdf = 1 - r, .delta = true, .transmission = true};
+  if (u_lobe < r) return MirrorSample(wo, Rgb(1), r);
+  return BsdfSample{.wi = -wo, .weight = Rgb(1), .pdf = 1 - r, .delta = true, .transmission = true, .alpha = 0};
 }
 
 BsdfValue Bsdf::EvaluateDiffuseTransmission(Vec3 wo, Vec3 wi) const {
@@ -214,33 +218,6 @@ float Bsdf::DeltaProbability(Vec3 wo) const {
     default:
       return 0;
   }
-}
-
-Rgb Bsdf::Albedo(Vec3 wo) const {
-  const float mu = std::fabs(wo.z);
-  switch (kind_) {
-    case Kind::kDiffuse:
-      return a_;
-    case Kind::kConductor:
-    case Kind::kSmoothConductor:
-      return FresnelConductor(mu, a_, b_);
-    case Kind::kDielectric:
-    case Kind::kSmoothDielectric:
-    case Kind::kThinDielectric:
-      return Rgb(1);
-    case Kind::kDiffuseTransmission:
-      return a_ + b_;
-    case Kind::kCoatedDiffuse:
-    case Kind::kSmoothCoatedDiffuse: {
-      const CoatState state = CoatAt({wo.x, wo.y, mu});
-      return Rgb(state.reflectance) + a_ * state.transmittance;
-    }
-    case Kind::kCoatedConductor:
-      return FlatCoatedConductorReflectance(mu);
-    case Kind::kNone:
-      break;
-  }
-  return Rgb(0);
 }
 
 }  // namespace lodestar

@@ -5,6 +5,7 @@
 // by 1/eta^2. Both sides of opaque materials reflect.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <type_traits>
@@ -29,6 +30,26 @@ struct BsdfSample {
   float eta = 1;  // relative index along the path: > 1 on entering a denser medium; for roulette
   bool delta = false;
   bool transmission = false;
+  float alpha = 1;  // GGX alpha of the lobe drawn from, the mean of an anisotropic one's; 0: delta, 1: diffuse
+};
+
+// The smooth lobes by name, for methods that weigh directions by them without evaluating the BSDF.
+struct BsdfLobe {
+  enum class Kind : uint8_t {
+    kDiffuseReflection,    // on wo's side
+    kGgxReflection,        // on wo's side, about the mirror direction
+    kDiffuseTransmission,  // on the other side
+  };
+  Kind kind;
+  Vec2 alpha;        // of a GGX lobe, along the frame's x and y
+  float weight = 0;  // luminance of the lobe's albedo at wo over that of all that the BSDF scatters; > 0
+};
+// Their weights add up to 1 less the shares of delta lobes and of rough refraction, which no kind here describes.
+struct BsdfLobes {
+  std::array<BsdfLobe, 2> lobes;
+  int count = 0;
+  const BsdfLobe* begin() const { return lobes.data(); }
+  const BsdfLobe* end() const { return lobes.data() + count; }
 };
 
 class Bsdf {
@@ -65,6 +86,8 @@ class Bsdf {
   float DeltaProbability(Vec3 wo) const;
   // Hemispherical-directional reflectance (and transmittance), approximate; for AOVs and roulette only.
   Rgb Albedo(Vec3 wo) const;
+  // As approximate as Albedo. The base of a coated conductor counts as the GGX lobe that it looks like from outside.
+  BsdfLobes Lobes(Vec3 wo) const;
 
   // Factories; `alpha` are GGX alphas after remapping. Alphas (both) below kSmoothAlpha become delta lobes, as does a
   // dielectric of eta 1. All are cheap enough to be called at every hit, where textures vary; the coated ones look
@@ -109,6 +132,13 @@ class Bsdf {
   BsdfValue EvaluateOther(Vec3 wo, Vec3 wi) const;
   std::optional<BsdfSample> SampleOther(Vec3 wo, float u_lobe, Vec2 u) const;
 
+  static BsdfSample MirrorSample(Vec3 wo, Rgb weight, float probability);
+  // Of a value whose wi was drawn: nothing where the density vanished.
+  static std::optional<BsdfSample> SampleOf(Vec3 wi, const BsdfValue& value, float alpha) {
+    if (!(value.pdf > 0)) return std::nullopt;
+    return BsdfSample{.wi = wi, .weight = value.f_cos / value.pdf, .pdf = value.pdf, .alpha = alpha};
+  }
+
   // wo.z > 0 in all of these (the dispatcher mirrors both directions); `eta`: of the far side over wo's.
   BsdfValue EvaluateConductor(Vec3 wo, Vec3 wi) const;
   std::optional<BsdfSample> SampleConductor(Vec3 wo, float u_lobe, Vec2 u) const;
@@ -131,6 +161,8 @@ class Bsdf {
   BsdfValue EvaluateCoatedConductor(Vec3 wo, Vec3 wi, const CoatState& state) const;
   std::optional<BsdfSample> SampleCoatedConductor(Vec3 wo, float u_lobe, Vec2 u) const;
   Rgb FlatCoatedConductorReflectance(float cos_o) const;
+  Vec2 ApparentBaseAlpha() const;
+  static BsdfSample SampleFlatCoat(Vec3 wo, const CoatState& state);
   BsdfValue CoatLobe(Vec3 wo, Vec3 wi) const;
   float CoatTransmittance(Vec3 w) const;
   float MeanCoatTransmittance() const;

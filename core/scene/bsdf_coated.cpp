@@ -127,6 +127,10 @@ Bsdf::CoatState Bsdf::CoatAt(Vec3 wo) const {
   return state;
 }
 
+BsdfSample Bsdf::SampleFlatCoat(Vec3 wo, const CoatState& state) {
+  return MirrorSample(wo, Rgb(state.reflectance / state.lobe_probability), state.lobe_probability);
+}
+
 BsdfValue Bsdf::CoatLobe(Vec3 wo, Vec3 wi) const {
   const GgxReflection r = EvaluateReflection(Ggx{alpha_}, wo, wi);
   return {Rgb(r.value * FresnelDielectric(r.cos, eta_).reflectance), r.pdf};
@@ -147,23 +151,12 @@ BsdfValue Bsdf::EvaluateCoatedDiffuse(Vec3 wo, Vec3 wi, const CoatState& state) 
 
 std::optional<BsdfSample> Bsdf::SampleCoatedDiffuse(Vec3 wo, float u_lobe, Vec2 u) const {
   const CoatState state = CoatAt(wo);
-  Vec3 wi;
-  if (u_lobe < state.lobe_probability) {
-    if (coat_flat_) {
-      return BsdfSample{.wi = {-wo.x, -wo.y, wo.z},
-                        .weight = Rgb(state.reflectance / state.lobe_probability),
-                        .pdf = state.lobe_probability,
-                        .delta = true};
-    }
-    const Vec3 m = Ggx{alpha_}.SampleVisible(wo, u);
-    wi = m * (2 * Dot(wo, m)) - wo;
-  } else {
-    wi = SquareToCosineHemisphere(u);
-  }
+  const bool coat = u_lobe < state.lobe_probability;
+  if (coat && coat_flat_) return SampleFlatCoat(wo, state);
+  const Ggx ggx{alpha_};
+  const Vec3 wi = coat ? ggx.SampleReflection(wo, u) : SquareToCosineHemisphere(u);
   if (!(wi.z > 0)) return std::nullopt;
-  const BsdfValue value = EvaluateCoatedDiffuse(wo, wi, state);
-  if (!(value.pdf > 0)) return std::nullopt;
-  return BsdfSample{wi, value.f_cos / value.pdf, value.pdf};
+  return SampleOf(wi, EvaluateCoatedDiffuse(wo, wi, state), coat ? ggx.MeanAlpha() : 1);
 }
 
 // ---- coated conductor -----------------------------------------------------------------------------------------------
@@ -199,32 +192,23 @@ BsdfValue Bsdf::EvaluateCoatedConductor(Vec3 wo, Vec3 wi, const CoatState& state
 
 std::optional<BsdfSample> Bsdf::SampleCoatedConductor(Vec3 wo, float u_lobe, Vec2 u) const {
   if (coat_flat_ && base_flat_) {
-    return BsdfSample{
-        .wi = {-wo.x, -wo.y, wo.z}, .weight = FlatCoatedConductorReflectance(wo.z), .pdf = 1, .delta = true};
+    return MirrorSample(wo, FlatCoatedConductorReflectance(wo.z), 1);
   }
   const CoatState state = CoatAt(wo);
+  const bool coat = u_lobe < state.lobe_probability;
+  if (coat && coat_flat_) return SampleFlatCoat(wo, state);
   Vec3 wi;
-  if (u_lobe < state.lobe_probability) {
-    if (coat_flat_) {
-      return BsdfSample{.wi = {-wo.x, -wo.y, wo.z},
-                        .weight = Rgb(state.reflectance / state.lobe_probability),
-                        .pdf = state.lobe_probability,
-                        .delta = true};
-    }
-    const Vec3 m = Ggx{alpha_}.SampleVisible(wo, u);
-    wi = m * (2 * Dot(wo, m)) - wo;
+  if (coat) {
+    wi = Ggx{alpha_}.SampleReflection(wo, u);
   } else {
     const Vec3 o = AcrossFlatInterface(wo, eta_);
     if (!(o.z > 0)) return std::nullopt;
-    const Vec3 m = Ggx{base_alpha_}.SampleVisible(o, u);
-    const Vec3 i = m * (2 * Dot(o, m)) - o;
+    const Vec3 i = Ggx{base_alpha_}.SampleReflection(o, u);
     if (!(i.z > 0)) return std::nullopt;
     wi = AcrossFlatInterface(i, inverse_eta_);
   }
   if (!(wi.z > 0)) return std::nullopt;
-  const BsdfValue value = EvaluateCoatedConductor(wo, wi, state);
-  if (!(value.pdf > 0)) return std::nullopt;
-  return BsdfSample{wi, value.f_cos / value.pdf, value.pdf};
+  return SampleOf(wi, EvaluateCoatedConductor(wo, wi, state), Ggx{coat ? alpha_ : ApparentBaseAlpha()}.MeanAlpha());
 }
 
 }  // namespace lodestar

@@ -23,26 +23,23 @@ BsdfValue Bsdf::EvaluateConductor(Vec3 wo, Vec3 wi) const {
 
 std::optional<BsdfSample> Bsdf::SampleConductor(Vec3 wo, float u_lobe, Vec2 u) const {
   const Ggx ggx{alpha_};
-  if (compensated_ && u_lobe < 1 - GgxAlbedo(wo.z, base_energy_)) {
-    const Vec3 wi = SquareToCosineHemisphere(u);
-    if (wi.z <= 0) return std::nullopt;
-    const BsdfValue value = EvaluateConductor(wo, wi);
-    if (!(value.pdf > 0)) return std::nullopt;
-    return BsdfSample{wi, value.f_cos / value.pdf, value.pdf};
+  if (compensated_) {
+    const bool diffuse = u_lobe < 1 - GgxAlbedo(wo.z, base_energy_);
+    const Vec3 wi = diffuse ? SquareToCosineHemisphere(u) : ggx.SampleReflection(wo, u);
+    if (!(wi.z > 0)) return std::nullopt;
+    return SampleOf(wi, EvaluateConductor(wo, wi), diffuse ? 1 : base_energy_);
   }
   const Vec3 m = ggx.SampleVisible(wo, u);
   const float cos = Dot(wo, m);
   const Vec3 wi = m * (2 * cos) - wo;
   if (!(wi.z > 0 && cos > 0)) return std::nullopt;
-  if (compensated_) {
-    const BsdfValue value = EvaluateConductor(wo, wi);
-    if (!(value.pdf > 0)) return std::nullopt;
-    return BsdfSample{wi, value.f_cos / value.pdf, value.pdf};
-  }
   const float ao = ggx.Stretch(wo), ai = ggx.Stretch(wi);
   const float pdf = 0.5f * ggx.Density(m) / (ao + wo.z);
   if (!(pdf > 0)) return std::nullopt;
-  return BsdfSample{wi, FresnelConductor(cos, a_, b_) * MaskingWeight(ao, wo.z, ai, wi.z), pdf};
+  return BsdfSample{.wi = wi,
+                    .weight = FresnelConductor(cos, a_, b_) * MaskingWeight(ao, wo.z, ai, wi.z),
+                    .pdf = pdf,
+                    .alpha = ggx.MeanAlpha()};
 }
 
 // ---- dielectric -----------------------------------------------------------------------------------------------------
@@ -81,14 +78,16 @@ std::optional<BsdfSample> Bsdf::SampleDielectric(Vec3 wo, float u_lobe, Vec2 u, 
     const Vec3 wi = m * (2 * cos_o) - wo;
     const float pdf = 0.5f * visible * fresnel.reflectance;
     if (!(wi.z > 0 && pdf > 0)) return std::nullopt;
-    return BsdfSample{wi, Rgb(MaskingWeight(ao, wo.z, ggx.Stretch(wi), wi.z)), pdf};
+    return BsdfSample{
+        .wi = wi, .weight = Rgb(MaskingWeight(ao, wo.z, ggx.Stretch(wi), wi.z)), .pdf = pdf, .alpha = ggx.MeanAlpha()};
   }
   const Vec3 wi = Refract(wo, m, cos_o, fresnel.cos_t, eta);
   const float denominator = Sqr(cos_o / eta - fresnel.cos_t);
   const float pdf = 2 * visible * (1 - fresnel.reflectance) * cos_o * fresnel.cos_t / denominator;
   if (!(wi.z < 0 && denominator > 0 && pdf > 0)) return std::nullopt;
   const float weight = MaskingWeight(ao, wo.z, ggx.Stretch(wi), -wi.z) / (eta * eta);
-  return BsdfSample{.wi = wi, .weight = Rgb(weight), .pdf = pdf, .eta = eta, .transmission = true};
+  return BsdfSample{
+      .wi = wi, .weight = Rgb(weight), .pdf = pdf, .eta = eta, .transmission = true, .alpha = ggx.MeanAlpha()};
 }
 
 }  // namespace lodestar

@@ -48,6 +48,11 @@ struct Ggx {
     const float length2 = LengthSquared(h);
     return length2 > 0 ? h * (1 / std::sqrt(length2)) : Vec3{0, 0, 1};
   }
+  // wo mirrored by such a normal; z may be <= 0.
+  Vec3 SampleReflection(Vec3 wo, Vec2 u) const {
+    const Vec3 m = SampleVisible(wo, u);
+    return m * (2 * Dot(wo, m)) - wo;
+  }
 };
 
 // The half-vector terms of a reflection, shared by value and density.
