@@ -50,7 +50,8 @@ template <class SceneT>
 double TraceAll(const SceneT& view, const Scene& scene, int passes, PathCounters* counters) {
   PathSettings settings;
   settings.max_depth = scene.max_depth();
-  const PathKernel<kEnvironment, SceneT> kernel(view, settings, nullptr);
+  const NoGuide guide;
+  const PathKernel<kEnvironment, NoGuide, SceneT> kernel(view, settings, guide);
   double sum = 0;
   const TileGrid grid(static_cast<uint32_t>(scene.resolution_x()), static_cast<uint32_t>(scene.resolution_y()));
   for (uint32_t unit = 0; unit < grid.tile_count(); ++unit) {

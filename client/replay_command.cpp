@@ -11,7 +11,6 @@
 #include "client/local_render.h"
 #include "client/values.h"
 #include "core/tracing/local_executor.h"
-#include "core/tracing/path_tracer.h"
 
 namespace lodestar {
 namespace {
@@ -63,11 +62,8 @@ class ReplayExecutor final : public Executor {
   std::optional<Sample> Trace(const std::shared_ptr<const State>& state, const Round& round,
                               const StopToken& stop) const {
     const auto tracer = PrepareTracer(scene_, job_, method_, state);
-    const auto* paths = dynamic_cast<const PathTracer*>(tracer.get());
-    if (!paths)
-      throw Error(ErrorKind::kUnsupported, "samples of method '" + job_.method + "' cannot be replayed one by one");
     Sample sample;
-    sample.radiance = paths->TraceSample(pixel_.x, pixel_.y, pass_, round.record);
+    sample.radiance = tracer->TraceSample(pixel_.x, pixel_.y, pass_, round.record);
     Contribution contribution;
     if (round.record) contribution.statistics = method_.NewStatistics(state);
     const uint32_t columns =

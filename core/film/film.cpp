@@ -24,13 +24,15 @@ TileRect TileGrid::Rect(uint32_t tile) const {
   return {x0, y0, std::min(x0 + kTileSize, width_), std::min(y0 + kTileSize, height_)};
 }
 
-void PixelSum::Add(Rgb sample) {
+bool PixelSum::Add(Rgb sample) {
   LODESTAR_DCHECK(IsFinite(sample));
   const float luminance = Luminance(sample);
   r = SaturatingAdd(r, sample.r);
   g = SaturatingAdd(g, sample.g);
   b = SaturatingAdd(b, sample.b);
   luminance_squared = SaturatingAdd(luminance_squared, luminance * luminance);
+  constexpr float kMax = std::numeric_limits<float>::max();
+  return std::max({r, g, b, luminance_squared}) < kMax;
 }
 
 Film::Film(const TileGrid& grid)

@@ -233,7 +233,8 @@ double Loop::PredictedVariance() const {
 
 void Loop::Advance(const Clock& clock) {
   const Clock::Duration start = clock.Now();
-  state_ = method_->Advance(state_, learned_.get(), iteration_, iteration_passes_);
+  const Image image = Develop();
+  state_ = method_->Advance(state_, {learned_.get(), iteration_, iteration_passes_, &image});
   ++iteration_;
   final_iteration_ = next_is_final_;
   BeginIteration();

@@ -45,6 +45,14 @@ struct Contribution {
   void Merge(Contribution&& other);
 };
 
+// What an iteration leaves behind, for Method::Advance.
+struct IterationResult {
+  const Statistics* statistics = nullptr;  // null: no unit recorded anything
+  uint32_t iteration = 0;
+  uint64_t passes = 0;            // of this iteration
+  const Image* image = nullptr;  // the job's image so far; null where there is none
+};
+
 struct OptionHelp {
   std::string name, values, default_value, help;
 };
@@ -59,8 +67,8 @@ class Method {
   virtual std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const = 0;
   virtual std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
                                                       std::string_view bytes) const = 0;
-  virtual std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const Statistics* statistics,
-                                               uint32_t iteration, uint64_t passes) const = 0;
+  virtual std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
+                                               const IterationResult& result) const = 0;
   // Passes of iteration k if the job goes on for ever; 0: unbounded (a method that learns nothing, or has stopped).
   virtual uint64_t IterationPasses(uint32_t iteration) const = 0;
 

@@ -24,8 +24,7 @@ class PathMethod final : public Method {
   std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>&) const override { return nullptr; }
   std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
                                               std::string_view bytes) const override;
-  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const Statistics*, uint32_t,
-                                       uint64_t) const override {
+  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const IterationResult&) const override {
     return state;
   }
   uint64_t IterationPasses(uint32_t) const override { return 0; }

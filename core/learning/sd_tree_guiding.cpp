@@ -146,13 +146,12 @@ std::unique_ptr<Statistics> SdTreeMethod::ParseStatistics(const std::shared_ptr<
 }
 
 std::shared_ptr<const State> SdTreeMethod::Advance(const std::shared_ptr<const State>& state,
-                                                   const Statistics* statistics, uint32_t iteration,
-                                                   uint64_t passes) const {
-  if (statistics == nullptr) return state;  // no unit recorded anything
-  const auto* learned = dynamic_cast<const SdTreeGuidingStatistics*>(statistics);
+                                                   const IterationResult& result) const {
+  if (result.statistics == nullptr) return state;
+  const auto* learned = dynamic_cast<const SdTreeGuidingStatistics*>(result.statistics);
   LODESTAR_CHECK(learned != nullptr);
   return std::make_shared<SdTreeState>(
-      lodestar::Advance(AsSdTree(state).tree(), learned->sums(), static_cast<double>(passes)));
+      lodestar::Advance(AsSdTree(state).tree(), learned->sums(), static_cast<double>(result.passes)));
 }
 
 }  // namespace lodestar

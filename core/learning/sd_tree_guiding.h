@@ -52,8 +52,8 @@ class SdTreeMethod final : public Method {
   std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const override;
   std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
                                               std::string_view bytes) const override;
-  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const Statistics* statistics,
-                                       uint32_t iteration, uint64_t passes) const override;
+  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
+                                       const IterationResult& result) const override;
   uint64_t IterationPasses(uint32_t iteration) const override { return uint64_t{1} << std::min(iteration, 32u); }
   Combination combination() const override { return options_.combination; }
   int TrainingIterations() const override { return options_.training; }

@@ -1,28 +1,24 @@
-// One path from the camera, with next event estimation, multiple importance sampling and (where compiled in) guiding by an SD-tree and recording for
-// the next one. Specialised at compile time on what the method and the scene need.
+// One path from the camera, with next event estimation, multiple importance sampling and (where compiled in) a guide and recording for its next
+// state. Specialised at compile time on what the method and the scene need.
 //
 // Estimator: unidirectional path tracing with the balance heuristic between light sampling and directional sampling (Veach 1997, section 9.2). A
-// direction is drawn from the mixture alpha * BSDF + (1 - alpha) * tree (Mueller 2019, "Practical Path Guiding in Production", eq. 5); delta lobes
+// direction is drawn from the mixture alpha * BSDF + (1 - alpha) * guide (Mueller 2019, "Practical Path Guiding in Production", eq. 5); delta lobes
 // are drawn by the BSDF alone.
 #pragma once
 
 #include <vector>
 
-#include "core/base/health.h"
-#include "core/guiding/sd_tree.h"
-#include "core/guiding/sd_tree_statistics.h"
 #include "core/math/sampler.h"
-#include "core/scene/scene.h"
+#include "core/tracing/guide.h"
 
 namespace lodestar {
 
-// What a kernel is compiled for.
+// What a kernel is compiled for, beside its guide.
 enum KernelFeature : unsigned {
-  kGuide = 1,         // directions come from the mixture with the tree
-  kRecord = 2,        // vertices are recorded for the next tree
-  kEnvironment = 4,   // rays that leave the scene meet light
+  kRecord = 1,        // vertices are kept for the next state
+  kEnvironment = 2,   // rays that leave the scene meet light
 };
-inline constexpr unsigned kKernelVariants = 8;
+inline constexpr unsigned kKernelVariants = 4;
 
 struct PathSettings {
   int max_depth = 5;             // bounces; as pbrt's maxdepth
@@ -38,59 +34,42 @@ inline constexpr uint32_t kFirstVertexPair = 2, kPairsPerVertex = 4;
 // expects is at stake, after Vorba and Krivanek 2016 (without splitting); the defensive share and the least survival bound what a wrong tree can cost.
 inline constexpr float kWindow = 0.1f, kLeastSurvival = 0.3f, kDefensive = 0.1f;
 
-struct PathVertex {
-  Rgb local{};  // radiance that leaves the vertex towards the camera without what arrives along wi: MIS-weighted emission and direct light
-  Rgb weight{};  // f cos / pdf of wi
-  float roulette = 1;  // what survival multiplied the rest of the path by; 0: the path was ended here
-  Vec3 p{}, wi{};
-  float pdf = 0, bsdf_pdf = 0, tree_pdf = 0, product = 0;
-  uint32_t leaf = 0;
-  bool recorded = false;  // a smooth vertex that has a wi
-};
-
 struct PathCounters {
   uint64_t paths = 0, rays = 0, vertices = 0;
+  uint64_t zero_pdf = 0;  // directions whose own technique gives them no density: dropped
 };
 
 // SceneT is Scene, or something that answers the same calls and watches them (bench/ray_replay.cpp).
-template <unsigned kFeatures, class SceneT = Scene>
+template <unsigned kFeatures, class Guide, class SceneT = Scene>
 class PathKernel {
  public:
-  PathKernel(const SceneT& scene, const PathSettings& settings, const SdTree* tree) : scene_(scene), settings_(settings), tree_(tree) {}
+  PathKernel(const SceneT& scene, const PathSettings& settings, const Guide& guide) : scene_(scene), settings_(settings), guide_(guide) {}
 
   // Radiance along the camera ray. With kRecord, `vertices` receives the path (its storage is reused from path to path).
   Rgb Trace(const CameraRay& camera_ray, Sampler& sampler, PathCounters* counters, std::vector<PathVertex>* vertices) const;
 
  private:
+  using Local = typename Guide::Local;
   // Density of the direction technique; bsdf_pdf is of smooth lobes.
-  struct Technique {
-    float bsdf_fraction = 1;
-    uint32_t leaf = 0;
-    float MixturePdf(float bsdf_pdf, float tree_pdf) const { return bsdf_fraction * bsdf_pdf + (1 - bsdf_fraction) * tree_pdf; }
-  };
-  Technique TechniqueAt(Vec3 p, bool smooth) const;
-  Rgb DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Technique& technique, float u_light, Vec2 u, PathCounters* counters) const;
+  static float MixturePdf(const Local& local, float bsdf_pdf, float guide_pdf) {
+    return local.bsdf_fraction * bsdf_pdf + (1 - local.bsdf_fraction) * guide_pdf;
+  }
+  Rgb DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light, Vec2 u, PathCounters* counters) const;
 
   const SceneT& scene_;
   const PathSettings settings_;
-  const SdTree* tree_;
+  const Guide& guide_;
 };
 
-template <unsigned kFeatures, class SceneT>
-inline typename PathKernel<kFeatures, SceneT>::Technique PathKernel<kFeatures, SceneT>::TechniqueAt(Vec3 p, bool smooth) const {
-  Technique technique;
-  if constexpr ((kFeatures & (kGuide | kRecord)) != 0) {
-    if (smooth) technique.leaf = tree_->LeafAt(p);
+// Light samples are taken at a share q of the vertices: the balance heuristic then sees a light density of q * pdf (Veach 1997, section 9.2.2: the
+// expected number of samples is what counts).
+template <unsigned kFeatures, class Guide, class SceneT>
+inline Rgb PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light,
+                                                      Vec2 u, PathCounters* counters) const {
+  if constexpr (Guide::kGuides) {
+    if (!(u_light < local.nee_probability)) return {};
+    u_light = std::min(u_light / local.nee_probability, kOneMinusEpsilon);
   }
-  if constexpr ((kFeatures & kGuide) != 0) {
-    if (smooth && tree_->HasLearned(technique.leaf)) technique.bsdf_fraction = tree_->BsdfFraction(technique.leaf);
-  }
-  return technique;
-}
-
-template <unsigned kFeatures, class SceneT>
-inline Rgb PathKernel<kFeatures, SceneT>::DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Technique& technique, float u_light,
-                                              Vec2 u, PathCounters* counters) const {
   const auto light = scene_.SampleLight(si.p, u_light, u);
   if (!light) return {};
   const BsdfValue value = bsdf.Evaluate(wo, si.shading.ToLocal(light->wi));
@@ -104,28 +83,30 @@ inline Rgb PathKernel<kFeatures, SceneT>::DirectLight(const SurfaceInteraction& 
     ray.direction = to_target * (1 / ray.t_max);
   }
   if (!scene_.Unoccluded(ray)) return {};
+  const float light_pdf = light->pdf * local.nee_probability;
   float weight = 1;
   if (!light->delta) {
     float pdf = value.pdf;
-    if constexpr ((kFeatures & kGuide) != 0) {
-      if (technique.bsdf_fraction < 1) pdf = technique.MixturePdf(pdf, tree_->Pdf(technique.leaf, light->wi));
+    if constexpr (Guide::kGuides) {
+      if (local.bsdf_fraction < 1) pdf = MixturePdf(local, pdf, guide_.Pdf(local, light->wi));
     }
-    weight = light->pdf / (light->pdf + pdf);
+    weight = light_pdf / (light_pdf + pdf);
   }
-  return value.f_cos * light->radiance * (weight / light->pdf);
+  return value.f_cos * light->radiance * (weight / light_pdf);
 }
 
-template <unsigned kFeatures, class SceneT>
-Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& sampler, PathCounters* counters, std::vector<PathVertex>* vertices) const {
-  constexpr bool kGuided = (kFeatures & kGuide) != 0, kRecording = (kFeatures & kRecord) != 0;
+template <unsigned kFeatures, class Guide, class SceneT>
+Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sampler& sampler, PathCounters* counters, std::vector<PathVertex>* vertices) const {
+  constexpr bool kGuided = Guide::kGuides, kRecording = (kFeatures & kRecord) != 0;
   Ray ray{camera_ray.origin, camera_ray.direction, kInfinity};
   Rgb radiance, beta(1);
   // What roulette looks at: the throughput this path would have if its directions had come from the BSDFs. A guide draws directions of much light often,
   // so their throughput is small although their contribution is not: roulette on it would undo the guiding. Without a guide it is the throughput.
   Rgb roulette_beta(1);
-  // With a guide: what the pixel may expect of the light reflected by the first vertex that the tree knows, from its fluence and albedo.
+  // With a guide: what the pixel may expect of the light reflected by the first vertex that the guide knows, from its fluence and albedo.
   float expected = 0;
   float previous_pdf = 0;  // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
+  float previous_nee = 1;  // the share of light samples at the vertex it came from
   Vec3 previous_p;
   if constexpr (kRecording) vertices->clear();
   ++counters->paths;
@@ -137,7 +118,7 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
       if constexpr ((kFeatures & kEnvironment) != 0) {
         const EnvironmentSample environment = scene_.Environment(ray.direction);
         Rgb emitted = environment.radiance;
-        if (previous_pdf > 0 && settings_.next_event) emitted *= previous_pdf / (previous_pdf + environment.pdf);
+        if (previous_pdf > 0 && settings_.next_event) emitted *= previous_pdf / (previous_pdf + previous_nee * environment.pdf);
         radiance += beta * emitted;
         if constexpr (kRecording) vertices->push_back({.local = emitted, .weight = Rgb(0)});
       }
@@ -151,7 +132,7 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
     if (si.light >= 0) {
       local = scene_.Emitted(si, -ray.direction);
       if (previous_pdf > 0 && settings_.next_event && !IsBlack(local))
-        local *= previous_pdf / (previous_pdf + scene_.LightPdf(previous_p, si, ray.direction));
+        local *= previous_pdf / (previous_pdf + previous_nee * scene_.LightPdf(previous_p, si, ray.direction));
     }
     sampler.StartAt(kFirstVertexPair + static_cast<uint32_t>(depth) * kPairsPerVertex);
     const Vec2 u_mix = sampler.Next2D(), u_choice = sampler.Next2D(), u_direction = sampler.Next2D();
@@ -173,17 +154,19 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
     // Light that reaches it straight from a source.
     const Vec3 wo = si.shading.ToLocal(-ray.direction);
     const bool smooth = bsdf.HasSmoothLobes();
-    const Technique technique = TechniqueAt(si.p, smooth);
-    if (smooth && settings_.next_event) local += DirectLight(si, bsdf, wo, technique, u_choice.y, sampler.Next2D(), counters);
+    const Local at = smooth ? guide_.At(si, bsdf, wo) : Local{};
+    Rgb direct;
+    if (smooth && settings_.next_event) direct = DirectLight(si, bsdf, wo, at, u_choice.y, sampler.Next2D(), counters);
+    local += direct;
     radiance += beta * local;
 
     // The next direction.
     Rgb weight;
     Vec3 wi;
-    float pdf = 0, bsdf_pdf = 0, tree_pdf = 0, eta = 1;
+    float pdf = 0, bsdf_pdf = 0, guide_pdf = 0, eta = 1;
     bool delta = false;
-    if (!kGuided || u_choice.x < technique.bsdf_fraction) {
-      const float u_lobe = kGuided ? std::min(u_choice.x / technique.bsdf_fraction, kOneMinusEpsilon) : u_choice.x;
+    if (!kGuided || u_choice.x < at.bsdf_fraction) {
+      const float u_lobe = kGuided ? std::min(u_choice.x / at.bsdf_fraction, kOneMinusEpsilon) : u_choice.x;
       if (const auto sample = bsdf.Sample(wo, u_lobe, u_direction)) {
         wi = si.shading.ToWorld(sample->wi);
         delta = sample->delta;
@@ -192,49 +175,63 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
         weight = sample->weight;
         pdf = bsdf_pdf;
         if constexpr (kGuided) {
-          if (technique.bsdf_fraction < 1) {
+          if (at.bsdf_fraction < 1) {
             if (delta) {
-              pdf *= technique.bsdf_fraction;
-              weight *= 1 / technique.bsdf_fraction;
+              pdf *= at.bsdf_fraction;
+              weight *= 1 / at.bsdf_fraction;
             } else {
-              tree_pdf = tree_->Pdf(technique.leaf, wi);
-              pdf = technique.MixturePdf(bsdf_pdf, tree_pdf);
+              guide_pdf = guide_.Pdf(at, wi);
+              pdf = MixturePdf(at, bsdf_pdf, guide_pdf);
               weight *= bsdf_pdf / pdf;
             }
           }
         }
       }
     } else if constexpr (kGuided) {
-      const auto sample = tree_->Sample(technique.leaf, u_direction);
+      const GuidedSample sample = guide_.Sample(at, u_direction, (u_choice.x - at.bsdf_fraction) / (1 - at.bsdf_fraction));
       wi = sample.w;
       const Vec3 local_wi = si.shading.ToLocal(wi);
       const BsdfValue value = bsdf.Evaluate(wo, local_wi);
-      tree_pdf = sample.pdf;
+      guide_pdf = sample.pdf;
       bsdf_pdf = value.pdf;
-      pdf = technique.MixturePdf(bsdf_pdf, tree_pdf);
-      if (pdf > 0) weight = value.f_cos * (1 / pdf);
+      pdf = MixturePdf(at, bsdf_pdf, guide_pdf);
+      if (pdf > 0) {
+        weight = value.f_cos * (1 / pdf);
+      } else {
+        ++counters->zero_pdf;
+      }
     }
     const bool ended = IsBlack(weight);
     if constexpr (kRecording) {
-      vertices->push_back({.local = local, .weight = weight, .p = si.p, .wi = wi, .pdf = pdf, .bsdf_pdf = bsdf_pdf, .tree_pdf = tree_pdf,
-                           .product = Luminance(weight) * pdf, .leaf = technique.leaf, .recorded = smooth && !delta && !ended});
+      vertices->push_back({.local = local,
+                           .weight = weight,
+                           .beta = beta,
+                           .direct = Luminance(direct),
+                           .p = si.p,
+                           .wi = wi,
+                           .pdf = pdf,
+                           .bsdf_pdf = bsdf_pdf,
+                           .guide_pdf = guide_pdf,
+                           .product = Luminance(weight) * pdf,
+                           .leaf = at.leaf,
+                           .recorded = smooth && !delta && !ended});
     }
     if (ended) break;
     if constexpr (kGuided) {
-      if (expected == 0 && technique.bsdf_fraction < 1)
-        expected = Luminance(beta * bsdf.Albedo(wo)) * tree_->leaf(technique.leaf).mean_flux * (0.5f * kInvPi);
+      if (expected == 0 && at.bsdf_fraction < 1 && guide_.Fluence(at) > 0)
+        expected = Luminance(beta * bsdf.Albedo(wo)) * guide_.Fluence(at) * (0.5f * kInvPi);
     }
     beta *= weight;
     // Refraction scales radiance by the square of the relative index; survival must not depend on that (as pbrt).
     roulette_beta *= weight * (eta * eta);
-    if constexpr (kGuided) roulette_beta *= delta ? technique.bsdf_fraction : bsdf_pdf > 0 ? pdf / bsdf_pdf : 1.0f;
+    if constexpr (kGuided) roulette_beta *= delta ? at.bsdf_fraction : bsdf_pdf > 0 ? pdf / bsdf_pdf : 1.0f;
     ++depth;
 
     if (depth >= settings_.roulette_start) {
       float survival = MaxComponent(roulette_beta);
       if constexpr (kGuided) {
-        if (expected > 0 && tree_pdf > 0) {
-          const float contribution = Luminance(beta) * tree_->leaf(technique.leaf).mean_flux * Lerp(kDefensive, tree_pdf, kUniformSpherePdf);
+        if (expected > 0 && guide_pdf > 0) {
+          const float contribution = Luminance(beta) * guide_.Fluence(at) * Lerp(kDefensive, guide_pdf, kUniformSpherePdf);
           survival = std::max(contribution / (kWindow * expected), kLeastSurvival);
         }
       }
@@ -249,6 +246,7 @@ Rgb PathKernel<kFeatures, SceneT>::Trace(const CameraRay& camera_ray, Sampler& s
       }
     }
     previous_pdf = delta ? 0 : pdf;
+    previous_nee = at.nee_probability;
     previous_p = si.p;
     ray = {Scene::OffsetOrigin(si, wi), wi, kInfinity};
   }

@@ -1,21 +1,35 @@
-// The tracing half of the methods that trace paths from the camera: plain path tracing and SD-tree guiding.
+// The tracing half of the methods that trace paths from the camera, each with its guide (guide.h). The template is instantiated once a guide, in the
+// guide's *_tracer.cpp.
 #pragma once
 
+#include <array>
+#include <utility>
+
 #include "core/film/pixel_filter.h"
-#include "core/learning/sd_tree_guiding.h"
 #include "core/tracing/path_kernel.h"
 #include "core/tracing/tracer.h"
 
 namespace lodestar {
 
+PixelFilter MakePixelFilter(const Scene& scene);
+// Sees that a sample is fit to be added; what is not counts as zero and is reported with the pixel and pass that replay it.
+bool AcceptSample(Rgb sample, const Round& round, const PixelSample& pixel, uint32_t pass, HealthReport* health);
+
+template <class Guide>
 class PathTracer final : public Tracer {
  public:
-  // `state` is null for plain path tracing.
-  PathTracer(std::shared_ptr<const Scene> scene, uint64_t seed, const PathSettings& settings, std::shared_ptr<const SdTreeState> state);
-  bool Execute(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const override;
+  PathTracer(std::shared_ptr<const Scene> scene, uint64_t seed, const PathSettings& settings, Guide guide)
+      : scene_(std::move(scene)),
+        seed_(seed),
+        settings_(settings),
+        guide_(std::move(guide)),
+        filter_(MakePixelFilter(*scene_)),
+        grid_(static_cast<uint32_t>(scene_->resolution_x()), static_cast<uint32_t>(scene_->resolution_y())) {}
 
-  // One pixel sample as Execute renders it, for replaying what the health report names. `record` as in the round it belongs to.
-  Rgb TraceSample(uint32_t x, uint32_t y, uint32_t pass, bool record) const;
+  bool Execute(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const override {
+    return Dispatch<ExecuteCall>(round.record, round, unit, stop, into);
+  }
+  Rgb TraceSample(uint32_t x, uint32_t y, uint32_t pass, bool record) const override { return Dispatch<TraceCall>(record, x, y, pass); }
 
  private:
   template <unsigned kFeatures>
@@ -23,16 +37,93 @@ class PathTracer final : public Tracer {
   template <unsigned kFeatures>
   Rgb TraceWith(uint32_t x, uint32_t y, uint32_t pass) const;
   template <unsigned kFeatures>
-  Rgb Sample(const PathKernel<kFeatures>& kernel, uint32_t x, uint32_t y, uint32_t pass, Sampler& sampler, float* filter_weight, PathCounters* counters,
-             std::vector<PathVertex>* vertices) const;
-  unsigned Features(bool record) const;
+  Rgb Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, uint32_t pass, Sampler& sampler, float* filter_weight,
+             PathCounters* counters, std::vector<PathVertex>* vertices) const;
+
+  // Calls the variant that the scene and the round need.
+  struct ExecuteCall {
+    template <unsigned kFeatures>
+    static constexpr auto kFunction = &PathTracer::ExecuteWith<kFeatures>;
+  };
+  struct TraceCall {
+    template <unsigned kFeatures>
+    static constexpr auto kFunction = &PathTracer::TraceWith<kFeatures>;
+  };
+  template <class Call, class... Arguments>
+  auto Dispatch(bool record, Arguments&&... arguments) const {
+    constexpr unsigned kVariants = Guide::kRecords ? kKernelVariants : kEnvironment + 1;
+    static constexpr auto kTable = []<unsigned... kF>(std::integer_sequence<unsigned, kF...>) {
+      return std::array{Call::template kFunction<Guide::kRecords ? kF : kF & kEnvironment>...};
+    }(std::make_integer_sequence<unsigned, kVariants>{});
+    const unsigned features = (Guide::kRecords && record ? kRecord : 0u) | (scene_->needs().environment ? kEnvironment : 0u);
+    return (this->*kTable[features])(std::forward<Arguments>(arguments)...);
+  }
 
   std::shared_ptr<const Scene> scene_;
   uint64_t seed_;
   PathSettings settings_;
-  std::shared_ptr<const SdTreeState> state_;
+  Guide guide_;
   PixelFilter filter_;
   TileGrid grid_;
 };
+
+template <class Guide>
+template <unsigned kFeatures>
+Rgb PathTracer<Guide>::Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, uint32_t pass, Sampler& sampler, float* filter_weight,
+                              PathCounters* counters, std::vector<PathVertex>* vertices) const {
+  const FilterSample filter = filter_.Sample(sampler.Next2D());
+  const Vec2 film{static_cast<float>(x) + 0.5f + filter.offset.x, static_cast<float>(y) + 0.5f + filter.offset.y};
+  *filter_weight = filter.weight;
+  return kernel.Trace(scene_->camera().Generate(film, scene_->camera().has_lens() ? sampler.Next2D() : Vec2{}), sampler, counters, vertices);
+}
+
+template <class Guide>
+template <unsigned kFeatures>
+bool PathTracer<Guide>::ExecuteWith(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const {
+  const PathKernel<kFeatures, Guide> kernel(*scene_, settings_, guide_);
+  const TileRect rect = grid_.Rect(unit);
+  FilmTile tile;
+  tile.tile = unit;
+  tile.pixels.resize(rect.pixels());
+  PathCounters counters;
+  std::vector<PathVertex> vertices;
+  typename Guide::Scratch scratch;
+  for (uint32_t y = rect.y0; y < rect.y1; ++y) {
+    for (uint32_t x = rect.x0; x < rect.x1; ++x) {
+      if (stop.Requested()) return false;
+      PixelSum& sum = tile.pixels[(y - rect.y0) * rect.width() + (x - rect.x0)];
+      for (uint32_t pass = round.first_pass; pass < round.first_pass + round.passes; ++pass) {
+        Sampler sampler(seed_, x, y, pass);
+        const PixelSample pixel{x, y, sampler.key()};
+        float filter_weight;
+        const Rgb sample = Sample(kernel, x, y, pass, sampler, &filter_weight, &counters, &vertices);
+        if (counters.zero_pdf > 0) [[unlikely]] {
+          into->health.Count(HealthEvent::kZeroPdf, x, y, pass, round.iteration);
+          counters.zero_pdf = 0;
+        }
+        if (!AcceptSample(sample, round, pixel, pass, &into->health)) continue;
+        if (!sum.Add(sample * filter_weight)) [[unlikely]]
+          into->health.Count(HealthEvent::kClamped, x, y, pass, round.iteration);
+        if constexpr ((kFeatures & kRecord) != 0) guide_.Record(vertices, pixel, &scratch, into->statistics.get());
+      }
+    }
+  }
+  into->tiles.push_back(std::move(tile));
+  into->paths += counters.paths;
+  into->rays += counters.rays;
+  into->vertices += counters.vertices;
+  return true;
+}
+
+template <class Guide>
+template <unsigned kFeatures>
+Rgb PathTracer<Guide>::TraceWith(uint32_t x, uint32_t y, uint32_t pass) const {
+  const PathKernel<kFeatures, Guide> kernel(*scene_, settings_, guide_);
+  Sampler sampler(seed_, x, y, pass);
+  PathCounters counters;
+  std::vector<PathVertex> vertices;
+  float filter_weight;
+  return Sample(kernel, x, y, pass, sampler, &filter_weight, &counters, &vertices);
+}
 
 }  // namespace lodestar

@@ -6,8 +6,12 @@
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
 #include "core/tracing/path_tracer.h"
+#include "core/tracing/sd_tree_guide.h"
 
 namespace lodestar {
+
+extern template class PathTracer<NoGuide>;
+extern template class PathTracer<SdTreeGuide>;
 
 CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job) {
   SceneDescription adjusted = description;
@@ -33,13 +37,13 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
   settings.max_depth = scene->max_depth();
   if (const auto* path = dynamic_cast<const PathMethod*>(&method)) {
     settings.next_event = path->options().nee == NeeMode::kAlways && scene->has_lights();
-    return std::make_unique<PathTracer>(std::move(scene), job.seed, settings, nullptr);
+    return std::make_unique<PathTracer<NoGuide>>(std::move(scene), job.seed, settings, NoGuide{});
   }
   if (const auto* guided = dynamic_cast<const SdTreeMethod*>(&method)) {
     auto tree_state = std::dynamic_pointer_cast<const SdTreeState>(std::move(state));
     LODESTAR_CHECK(tree_state);
     settings.next_event = UsesNee(guided->options().nee, tree_state->tree().iteration()) && scene->has_lights();
-    return std::make_unique<PathTracer>(std::move(scene), job.seed, settings, std::move(tree_state));
+    return std::make_unique<PathTracer<SdTreeGuide>>(std::move(scene), job.seed, settings, SdTreeGuide(std::move(tree_state)));
   }
   throw Error(ErrorKind::kUnsupported, "method '" + std::string(method.name()) + "' has no tracing half in this build");
 }

@@ -18,6 +18,8 @@ class Tracer {
   // Renders one unit of the round and adds it to `into` (which holds other units of the same round): a pure function of state, round and unit.
   // False where `stop` was requested first (seen within 100 ms); `into` is then to be thrown away.
   virtual bool Execute(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const = 0;
+  // One pixel sample as Execute renders it, for replaying what the health report names. `record` as in the round it belongs to.
+  virtual Rgb TraceSample(uint32_t x, uint32_t y, uint32_t pass, bool record) const = 0;
 };
 
 // Throws Error(kInvalidInput) where the method has no tracing half for this state.

@@ -1,0 +1,50 @@
+// What the path kernel asks of a guide, and the guide of a method that has none. A guide is a learned distribution of directions; the kernel mixes it
+// with the BSDF's own sampling and keeps the books, so a guide knows nothing of paths, lights or weights. A type G is a guide if it has
+//
+//   static constexpr bool kGuides;   // false: the kernel compiles everything of it out
+//   struct Local;                    // what it knows at one vertex, made once a vertex; has at least
+//                                    //   float bsdf_fraction = 1;    share of directions that the BSDF draws; 1: this vertex is not guided
+//                                    //   float nee_probability = 1;  share of vertices that sample a light
+//   Local At(const SurfaceInteraction&, const Bsdf&, Vec3 wo) const;  // at a vertex with smooth lobes; wo in the shading frame
+//   GuidedSample Sample(const Local&, Vec2 u, float u_more) const;    // world space; u_more: for whoever needs a third number
+//   float Pdf(const Local&, Vec3 wi) const;                           // per steradian: exactly what Sample() says of wi
+//   float Fluence(const Local&) const;  // integral of the incident radiance over the sphere; 0: not known
+//
+// and, where kRecords, what the tracer calls after each path (PathTracer):
+//   void Record(std::span<const PathVertex>, const PixelSample&, Scratch*, Statistics*) const;
+#pragma once
+
+#include "core/guiding/sd_tree.h"
+#include "core/scene/scene.h"
+
+namespace lodestar {
+
+// One vertex of a path, as the recorders see it.
+struct PathVertex {
+  Rgb local{};   // radiance that leaves the vertex towards the camera without what arrives along wi: MIS-weighted emission and direct light
+  Rgb weight{};  // f cos / pdf of wi
+  Rgb beta{};    // throughput of the path up to this vertex
+  float roulette = 1;  // what survival multiplied the rest of the path by; 0: the path was ended here
+  float direct = 0;    // luminance of the direct light in `local`
+  Vec3 p{}, wi{};
+  float pdf = 0, bsdf_pdf = 0, guide_pdf = 0, product = 0;  // product: lum(f cos)
+  uint32_t leaf = 0;      // Local::leaf of a guide that has leaves
+  bool recorded = false;  // a smooth vertex that has a wi
+};
+
+// Which pixel sample a path belongs to.
+struct PixelSample {
+  uint32_t x = 0, y = 0;
+  uint64_t key = 0;  // hash of seed, pixel and pass
+};
+
+struct NoGuide {
+  static constexpr bool kGuides = false, kRecords = false;
+  struct Local {
+    static constexpr float bsdf_fraction = 1, nee_probability = 1;
+  };
+  struct Scratch {};
+  Local At(const SurfaceInteraction&, const Bsdf&, Vec3) const { return {}; }
+};
+
+}  // namespace lodestar

@@ -1,0 +1,8 @@
+#include "core/tracing/path_tracer.h"
+#include "core/tracing/sd_tree_guide.h"
+
+namespace lodestar {
+
+template class PathTracer<SdTreeGuide>;
+
+}  // namespace lodestar
