@@ -8,7 +8,7 @@ room and hides the panel from nearly everything in front, so most of the picture
 """
 import math
 
-from pbrt_writer import box, lathe, quad
+from pbrt_writer import box, lathe, quad, sphere
 
 LEFT, RIGHT, HEIGHT = -2.2, 2.2, 2.6
 FRONT, BACK = 4.2, -3.0
@@ -51,10 +51,6 @@ def door():
         x = hinge[0] + math.cos(angle) * along + math.sin(angle) * off
         z = hinge[1] - math.sin(angle) * along + math.cos(angle) * off
         yield f'AttributeBegin\nTranslate {x:.4f} 1.02 {z:.4f}\nShape "sphere" "float radius" 0.035\nAttributeEnd\n'
-
-
-def sphere(x, y, z, radius):
-    return f'AttributeBegin\nTranslate {x} {y} {z}\nShape "sphere" "float radius" {radius}\nAttributeEnd\n'
 
 
 def furniture():

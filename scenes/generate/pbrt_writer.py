@@ -1,4 +1,4 @@
-"""Small pieces of pbrt-v4 text: meshes of boxes, quads and lathes. No dependency beyond Python 3.
+"""Small pieces of pbrt-v4 text: headers, materials, lights, meshes of boxes, quads and lathes. No dependency beyond Python 3.
 
 Units are metres, y is up. Every function returns text; positions are rounded to a tenth of a millimetre so that files stay small and the
 generated text does not depend on the machine.
@@ -9,6 +9,67 @@ import math
 def number(value):
     text = f"{value:.4f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
+
+
+def numbers(values):
+    return " ".join(number(v) for v in values)
+
+
+def prologue(script, depth, resolution, eye, target, fov, spp=64):
+    """Everything before WorldBegin, and WorldBegin. `fov` in degrees, of the shorter side of the image."""
+    width, height = resolution
+    return "\n".join([
+        f"# Written by scenes/generate/{script}.py; edit that instead. Apache-2.0. Metres, y up.",
+        f'Integrator "path" "integer maxdepth" {depth}',
+        f'Sampler "independent" "integer pixelsamples" {spp}',
+        'PixelFilter "gaussian" "float xradius" 1.5 "float yradius" 1.5 "float sigma" 0.5',
+        f'Film "rgb" "integer xresolution" {width} "integer yresolution" {height} "string filename" "{script.replace("_", "-")}.exr"',
+        f"LookAt {numbers(eye)}  {numbers(target)}  0 1 0",
+        f'Camera "perspective" "float fov" {number(fov)}',
+        "\nWorldBegin\n\n"])
+
+
+def diffuse(*rgb):
+    return f'"string type" "diffuse" "rgb reflectance" [ {numbers(rgb)} ]'
+
+
+def checkered(name, per_metre, first, second):
+    """A texture of squares, for meshes whose uv are metres."""
+    return (f'Texture "{name}" "spectrum" "checkerboard" "float uscale" {number(per_metre)} "float vscale" {number(per_metre)} '
+            f'"rgb tex1" [ {numbers(first)} ] "rgb tex2" [ {numbers(second)} ]\n')
+
+
+def metal(symbol, alpha):
+    """A measured metal; `alpha` is the microfacet width itself, not pbrt's remapped roughness. 0 is a mirror."""
+    return (f'"string type" "conductor" "spectrum eta" "metal-{symbol}-eta" "spectrum k" "metal-{symbol}-k" '
+            f'"float roughness" {number(alpha)} "bool remaproughness" false')
+
+
+def steel(alpha, *rgb):
+    """A metal by its reflectance at normal incidence."""
+    return f'"string type" "conductor" "rgb reflectance" [ {numbers(rgb)} ] "float roughness" {number(alpha)} "bool remaproughness" false'
+
+
+def coated(alpha, reflectance):
+    """Lacquer or glaze over a diffuse base: `reflectance` is three numbers, or the name of a texture."""
+    base = f'"texture reflectance" "{reflectance}"' if isinstance(reflectance, str) else f'"rgb reflectance" [ {numbers(reflectance)} ]'
+    return f'"string type" "coateddiffuse" {base} "float roughness" {number(alpha)} "bool remaproughness" false'
+
+
+GLASS = '"string type" "dielectric" "float eta" 1.5 "float roughness" 0'
+
+
+def define(materials):
+    return "".join(f'MakeNamedMaterial "{name}" {parameters}\n' for name, parameters in materials.items()) + "\n"
+
+
+def use(material):
+    return f'NamedMaterial "{material}"\n'
+
+
+def lamp(radiance, shape, material="lamp"):
+    """`shape` shines with `radiance` (W/m2/sr per channel) to the side that its normal points to."""
+    return f'AttributeBegin\nNamedMaterial "{material}"\nAreaLightSource "diffuse" "rgb L" [ {numbers(radiance)} ]\n{shape}AttributeEnd\n\n'
 
 
 def mesh(points, triangles, normals=None, uvs=None):
@@ -22,6 +83,20 @@ def mesh(points, triangles, normals=None, uvs=None):
         lines.append(f'    "point2 uv" [ {flat(uvs)} ]')
     lines.append('    "integer indices" [ ' + " ".join(str(i) for t in triangles for i in t) + " ]")
     return "\n".join(lines) + "\n"
+
+
+def sphere(x, y, z, radius):
+    return f'AttributeBegin\nTranslate {numbers((x, y, z))}\nShape "sphere" "float radius" {number(radius)}\nAttributeEnd\n'
+
+
+def named_object(name, shapes):
+    return f'ObjectBegin "{name}"\n{shapes}ObjectEnd\n'
+
+
+def instance(name, x, y, z, scale=1.0, turn=0.0):
+    """A named object, scaled and turned by `turn` degrees about the vertical, at (x, y, z)."""
+    return (f'AttributeBegin\nTranslate {numbers((x, y, z))}\nRotate {number(turn)} 0 1 0\nScale {numbers((scale,) * 3)}\n'
+            f'ObjectInstance "{name}"\nAttributeEnd\n')
 
 
 def quad(a, b, c, d, uvs=None):
@@ -43,19 +118,25 @@ def box(low, high, turn=0.0, pivot=(0.0, 0.0)):
     return mesh(points, triangles)
 
 
-def lathe(profile, centre, steps=32):
-    """Turns a profile of (radius, height), from the bottom up along the outside, about the vertical through `centre`."""
+def lathe(profile, centre, steps=32, directions=None):
+    """Turns a profile of (radius, height), from the bottom up along the outside, about the vertical through `centre`.
+
+    A point given twice is a crease; elsewhere the shading is smooth, by the profile's chords or the given (radial, upward) normals.
+    """
     points, normals, triangles = [], [], []
     for i, (radius, height) in enumerate(profile):
         before, after = profile[max(i - 1, 0)], profile[min(i + 1, len(profile) - 1)]
         # The outward normal of a profile that climbs by (dr, dh) is (dh, -dr).
         dr, dh = after[0] - before[0], after[1] - before[1]
         length = math.hypot(dr, dh) or 1.0
+        out, up = directions[i] if directions else (dh / length, -dr / length)
         for k in range(steps):
             angle = 2 * math.pi * k / steps
             points.append((centre[0] + radius * math.cos(angle), centre[1] + height, centre[2] + radius * math.sin(angle)))
-            normals.append((dh / length * math.cos(angle), -dr / length, dh / length * math.sin(angle)))
+            normals.append((out * math.cos(angle), up, out * math.sin(angle)))
     for i in range(len(profile) - 1):
+        if profile[i] == profile[i + 1]:
+            continue
         for k in range(steps):
             a, b = i * steps + k, i * steps + (k + 1) % steps
             # A ring of radius zero is the axis: its half of each quad would have no area.

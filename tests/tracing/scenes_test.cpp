@@ -1,0 +1,72 @@
+// Every scene in scenes/: nothing of it is left out, it renders without health events under each method, and it is
+// exposed so that its PNG can be looked at.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include "tests/support/render.h"
+
+namespace lodestar {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> SceneNames() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(fs::path(LODESTAR_SOURCE_DIR) / "scenes"))
+    if (entry.path().extension() == ".pbrt") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+class Scenes : public testing::TestWithParam<std::string> {
+ protected:
+  test::Rendered Render(const char* method, uint32_t width, uint32_t height, uint64_t spp) const {
+    JobSpec job;
+    job.method = method;
+    job.resolution_x = width;
+    job.resolution_y = height;
+    job.budget.spp = spp;
+    job.seed = 1;
+    const SceneDescription scene = ParsePbrtFile(fs::path(LODESTAR_SOURCE_DIR) / "scenes" / (GetParam() + ".pbrt"));
+    EXPECT_TRUE(scene.left_out.empty());
+    return test::Render(CompileJob(scene, job), job);
+  }
+};
+
+TEST_P(Scenes, RenderWithoutHealthEvents) {
+  for (const char* method : {"path", "sdtree"}) {
+    const HealthReport health = Render(method, 32, 24, 8).report.health;
+    EXPECT_EQ(health.total(), 0u) << method << ": " << (health.total() ? HealthEventName(health.first.event) : "");
+  }
+}
+
+TEST_P(Scenes, AreExposedForDisplay) {
+  const Image image = Render("path", 32, 24, 64).image;
+  double sum = 0;
+  size_t black = 0;
+  for (const auto& pixel : image.pixels) {
+    sum += Luminance(pixel);
+    black += Luminance(pixel) == 0;
+  }
+  const double mean = sum / static_cast<double>(image.size());
+  if (GetParam() == "camera-obscura") {
+    // Path tracing hardly ever meets the pinhole: that is the point of the scene.
+    EXPECT_GT(black, image.size() * 9 / 10);
+  } else {
+    EXPECT_GT(mean, 0.08);
+    EXPECT_LT(mean, 1);
+    EXPECT_LT(black, image.size() / 10);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Own, Scenes, testing::ValuesIn(SceneNames()), [](const auto& info) {
+  std::string name = info.param;
+  name.erase(std::remove_if(name.begin(), name.end(), [](unsigned char c) { return !std::isalnum(c); }), name.end());
+  return name;
+});
+
+}  // namespace
+}  // namespace lodestar
