@@ -3,7 +3,7 @@
 
     python3 scenes/generate/bedroom.py > scenes/bedroom.pbrt
 
-The bulb is a ball of radius 30 mm. The shade lets a third of the light through, scattered; the bulb itself is seen only through the openings above and
+The bulb is a ball of radius 30 mm. The shade lets about a third of the light through, scattered; the bulb itself is seen only through the openings above and
 below. Next event estimation to the bulb is blocked nearly everywhere; the glowing shade and the spots on wall and ceiling light the room.
 """
 from pbrt_writer import box, checkered, coated, define, diffuse, lamp, lathe, metal, prologue, quad, sphere, use

@@ -3,7 +3,7 @@
 
     python3 scenes/generate/kitchen.py > scenes/kitchen.pbrt
 
-The window (1.5 m x 1.1 m) is in the right wall. The sun is a disc of radius 0.15 m, 8 m away; a weaker panel is the sky. The sun comes in as stripes
+The window (1.5 m x 1.1 m) is in the right wall. The sun is a disc of radius 0.15 m, 8 m away; a panel behind it is the sky. The sun comes in as stripes
 on worktop, cupboards and floor, and these stripes light the rest.
 """
 from pbrt_writer import box, checkered, coated, define, diffuse, instance, lamp, lathe, metal, named_object, prologue, quad, sphere, steel, use
@@ -60,8 +60,8 @@ def main():
     print(use("plaster") + pierced_wall((RIGHT, 0, BACK), (RIGHT + 0.2, HEIGHT, FRONT), WINDOW) + use("blind") + blind())
     print(cupboards())
     print("# Sun and sky.")
-    print(lamp((84000, 73000, 57000), disc((8.6, 4.6, 2.2), (-7.3, -3.5, -2.6), 0.15)))
-    print(lamp((26, 31, 38), quad((2.4, 3.6, 1.5), (2.4, 3.6, -2), (3.6, 2.4, -2), (3.6, 2.4, 1.5))))
+    print(lamp((64000, 55000, 42000), disc((8.6, 4.6, 2.2), (-7.3, -3.5, -2.6), 0.15)))
+    print(lamp((3, 3.7, 4.8), quad((9.5, -1, -8), (9.5, -1, 8), (9.5, 9, 8), (9.5, 9, -8))))
     print(use("steel") + box((-0.62, 0.02, -1.68), (0.22, 0.905, -1.06)) + box((-0.62, 1.75, BACK), (0.22, 1.95, -1.25)) + box((-0.35, 1.95, BACK), (-0.05, HEIGHT, -1.45)))
     print(use("copper") + teapot((-0.4, 0.905, -1.38), 30, 1.4))
     print(use("steel") + lathe([(0.0, 0.0), (0.1, 0.0), (0.11, 0.02), (0.11, 0.13), (0.115, 0.135), (0.0, 0.15)], (0.02, 0.905, -1.4)))

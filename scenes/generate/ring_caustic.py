@@ -3,7 +3,7 @@
 
     python3 scenes/generate/ring_caustic.py > scenes/ring-caustic.pbrt
 
-The ring (radius 0.32 m inside) is a conductor of alpha 0.02; the light is a ball of radius 40 mm, 1.5 m away.
+The ring (radius 0.32 m inside) is a conductor of alpha 0.02; the light is a ball of radius 40 mm, 1.6 m away.
 """
 from pbrt_writer import define, diffuse, lamp, lathe, metal, prologue, sphere, use
 from shapes import room

@@ -23,28 +23,32 @@ std::vector<std::string> SceneNames() {
 
 class Scenes : public testing::TestWithParam<std::string> {
  protected:
-  test::Rendered Render(const char* method, uint32_t width, uint32_t height, uint64_t spp) const {
-    JobSpec job;
-    job.method = method;
-    job.resolution_x = width;
-    job.resolution_y = height;
-    job.budget.spp = spp;
-    job.seed = 1;
+  // 32 pixels wide, in the scene's own proportions.
+  test::Rendered Render(const char* method, const char* nee, uint64_t spp) const {
     const SceneDescription scene = ParsePbrtFile(fs::path(LODESTAR_SOURCE_DIR) / "scenes" / (GetParam() + ".pbrt"));
     EXPECT_TRUE(scene.left_out.empty());
+    JobSpec job;
+    job.method = method;
+    job.options["nee"] = nee;
+    job.resolution_x = 32;
+    job.resolution_y = static_cast<uint32_t>(32 * scene.resolution_y / scene.resolution_x);
+    job.budget.spp = spp;
+    job.seed = 1;
     return test::Render(CompileJob(scene, job), job);
   }
 };
 
 TEST_P(Scenes, RenderWithoutHealthEvents) {
-  for (const char* method : {"path", "sdtree"}) {
-    const HealthReport health = Render(method, 32, 24, 8).report.health;
-    EXPECT_EQ(health.total(), 0u) << method << ": " << (health.total() ? HealthEventName(health.first.event) : "");
-  }
+  for (const char* method : {"path", "sdtree"})
+    for (const char* nee : {"always", "never"}) {
+      const HealthReport health = Render(method, nee, 8).report.health;
+      EXPECT_EQ(health.total(), 0u) << method << ", nee " << nee << ": "
+                                    << (health.total() ? HealthEventName(health.first.event) : "");
+    }
 }
 
 TEST_P(Scenes, AreExposedForDisplay) {
-  const Image image = Render("path", 32, 24, 64).image;
+  const Image image = Render("path", "always", 64).image;
   double sum = 0;
   size_t black = 0;
   for (const auto& pixel : image.pixels) {
