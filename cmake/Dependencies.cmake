@@ -15,6 +15,8 @@ find_package(ZLIB REQUIRED)
 find_package(zstd CONFIG REQUIRED)
 find_package(CLI11 CONFIG REQUIRED)
 find_package(nlohmann_json CONFIG REQUIRED)
+# Headers only; its exported target wants xtl, which is not installed with it and not needed.
+find_path(XSIMD_INCLUDE_DIR xsimd/xsimd.hpp REQUIRED)
 if(LODESTAR_BUILD_TESTS)
   find_package(GTest REQUIRED)
   find_package(Boost REQUIRED)

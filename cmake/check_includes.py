@@ -36,6 +36,7 @@ LIBRARIES = {
     r"sqlite3": ["coordinator"],
     r"CLI/": ["client", "coordinator", "worker"],
     r"spdlog/": ["core/base"],
+    r"xsimd/": ["core/guiding"],
 }
 FREE = ["tests", "bench"]  # may include anything: they stand outside
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]')

@@ -7,7 +7,7 @@ packages=(
   libgrpc++-dev protobuf-compiler-grpc libprotobuf-dev protobuf-compiler
   libembree-dev libtbb-dev libopenimageio-dev openimageio-tools libimath-dev
   libspdlog-dev libsqlite3-dev libzstd-dev libssl-dev zlib1g-dev
-  libcli11-dev nlohmann-json3-dev
+  libcli11-dev nlohmann-json3-dev libxsimd-dev
   libgtest-dev libgmock-dev libbenchmark-dev libboost-dev
   python3 python3-numpy python3-matplotlib
 )

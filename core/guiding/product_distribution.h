@@ -1,0 +1,58 @@
+// Sampling by the product of a D-tree and a surface's lobes (Diolatzis et al. 2020, section 3.1), prepared once per
+// vertex and then asked for samples and densities any number of times.
+//
+// Deviations from the document, measured in docs/decisions/0009-product-guiding.md:
+// - Over the first three levels the product is not chosen level by level but summed up from the 8 x 8 cells of the
+//   third: light and lobe that share a quarter of the sphere need not overlap. Below, where a cell has a good part of a
+//   lobe that is narrower than the cell, the document's descent goes on, also below the tree's own leaves; everywhere
+//   else the flux alone decides. Depth depends on the lobes alone, so Sample and Pdf agree on it.
+// - Cells are integrated over exactly but for the bend of their borders (product_cells.h).
+// - Every choice is mixed with the tree's own: whatever the errors of lobes and integrals,
+//   Pdf(w) >= kLeastRatio * the tree's density.
+#pragma once
+
+#include "core/guiding/product_cells.h"
+#include "core/guiding/sd_tree.h"
+
+namespace lodestar {
+
+class ProductDistribution {
+ public:
+  // Shares of the samples that follow the tree alone: in the choice of the block's cell, and once more below it where
+  // the product goes deeper.
+  static constexpr float kBlockDefence = 1.0f / 32, kDeepDefence = 1.0f / 8;
+  static constexpr float kLeastRatio = kBlockDefence * kDeepDefence;
+
+  // `nodes`: root first, must stay valid; SdTree::Tree(leaf).
+  ProductDistribution(const DirectionalNode* nodes, const ProductLobes& lobes);
+
+  // False where the product vanishes: no lobes, or no flux on their side. Then sample the BSDF alone.
+  bool usable() const { return usable_; }
+  // The integral of lobes (of albedo 1) times the tree's density: times the albedo and the leaf's mean flux, an
+  // estimate of the reflected radiance. At block resolution.
+  float mass() const { return mass_; }
+  // Within cells of this level the density is as even as the tree's.
+  int finest_level() const { return deep_level_; }
+
+  // usable() must hold. u in [0, 1)^2 with 24 bits. The density is Pdf(w), bit for bit.
+  GuidedSample Sample(Vec2 u) const;
+  // Per steradian, w of unit length; integrates to 1.
+  float Pdf(Vec3 w) const;
+
+ private:
+  struct Descent;
+  float Locate(uint32_t x, uint32_t y) const;
+
+  const DirectionalNode* nodes_;
+  ProductLobes lobes_;
+  bool usable_ = false;
+  float mass_ = 0;
+  float density_ = 0;  // of a cell whose share_ is 1
+  product::Block share_;
+  // Of the lobes within each cell: those the deep descent integrates, and the rest, taken as even over the cell.
+  product::Block narrow_, broad_;
+  alignas(32) std::array<float, product::kSide> columns_;  // running sums of share_ over cos theta
+  int deep_level_ = product::kBlockLevel;                  // how far down narrow lobes are looked at
+};
+
+}  // namespace lodestar

@@ -1,0 +1,121 @@
+#include "core/guiding/product_distribution.h"
+
+#include <gtest/gtest.h>
+
+#include <unordered_map>
+
+#include "tests/guiding/product_cases.h"
+#include "tests/support/statistical.h"
+
+namespace lodestar {
+namespace {
+
+using product_cases::Centre;
+using product_cases::ForCells;
+
+uint64_t Key(uint32_t x, uint32_t y, int depth) {
+  return (static_cast<uint64_t>(depth) << 56) | (static_cast<uint64_t>(x) << 24) | y;
+}
+
+// Chi-square over the cells of constant density. `skew` shifts expected mass from even to odd columns: a wrong pdf.
+test::TestResult CellTest(const directional::Tree& tree, const ProductDistribution& product, int samples, double level,
+                          double skew = 0) {
+  std::unordered_map<uint64_t, size_t> index;
+  std::vector<double> expected;
+  ForCells(tree, product.finest_level(), [&](uint32_t x, uint32_t y, int depth) {
+    index[Key(x, y, depth)] = expected.size();
+    expected.push_back(samples * product.Pdf(Centre(x, y, depth)) / kUniformSpherePdf * std::ldexp(1.0, -2 * depth) *
+                       (1 + (x % 2 ? skew : -skew)));
+  });
+  std::vector<double> observed(expected.size());
+  uint64_t rng = 9;
+  for (int i = 0; i < samples; ++i) {
+    const Vec2 s = DirectionToCylindrical(product.Sample(synthetic::Unit2(rng)).w);
+    const uint32_t x = directional::ToInteger(s.x), y = directional::ToInteger(s.y);
+    const int depth = std::max(directional::Locate(tree.nodes.data(), x, y).depth, product.finest_level());
+    observed[index.at(Key(x >> (24 - depth), y >> (24 - depth), depth))] += 1;
+  }
+  return test::ChiSquareTest(observed, expected, level, 20);
+}
+
+template <class Check>
+void ForAllCases(Check&& check) {
+  for (const auto& t : product_cases::Trees()) {
+    for (const auto& s : product_cases::Surfaces()) {
+      SCOPED_TRACE(t.name + ", " + s.name);
+      const ProductDistribution product(t.tree.nodes.data(), s.Lobes());
+      if (product.usable()) check(t.tree, product);
+    }
+  }
+}
+
+TEST(ProductDistribution, SamplesFollowThePdf) {
+  const double level = test::SidakLevel(0.01, 9 * 26);
+  int tested = 0;
+  ForAllCases([&](const directional::Tree& tree, const ProductDistribution& product) {
+    const auto result = CellTest(tree, product, 20000, level);
+    EXPECT_TRUE(result.accepted) << result.message;
+    ++tested;
+  });
+  EXPECT_GT(tested, 200);
+}
+
+TEST(ProductDistribution, AWrongPdfIsRejected) {
+  const auto trees = product_cases::Trees();
+  const auto surfaces = product_cases::Surfaces();
+  for (const auto& s : surfaces) {
+    const ProductDistribution product(trees[1].tree.nodes.data(), s.Lobes());
+    EXPECT_FALSE(CellTest(trees[1].tree, product, 40000, 1e-3, 0.1).accepted) << s.name;
+  }
+}
+
+TEST(ProductDistribution, IntegratesToOne) {
+  ForAllCases([](const directional::Tree& tree, const ProductDistribution& product) {
+    double sum = 0;
+    ForCells(tree, product.finest_level(), [&](uint32_t x, uint32_t y, int depth) {
+      sum += product.Pdf(Centre(x, y, depth)) / kUniformSpherePdf * std::ldexp(1.0, -2 * depth);
+    });
+    EXPECT_NEAR(sum, 1, 1e-4);
+  });
+}
+
+TEST(ProductDistribution, SampleAndPdfAgreeBitForBit) {
+  ForAllCases([](const directional::Tree&, const ProductDistribution& product) {
+    uint64_t rng = 3;
+    for (int i = 0; i < 2000; ++i) {
+      Vec2 u = synthetic::Unit2(rng);
+      if (i % 10 == 0) u.x = i % 20 ? 0 : kOneMinusEpsilon;
+      if (i % 15 == 0) u.y = i % 30 ? 0 : kOneMinusEpsilon;
+      const GuidedSample sample = product.Sample(u);
+      ASSERT_TRUE(std::isfinite(sample.pdf) && sample.pdf > 0);
+      ASSERT_NEAR(Length(sample.w), 1, 1e-5);
+      ASSERT_EQ(sample.pdf, product.Pdf(sample.w)) << i;
+    }
+  });
+}
+
+// Whatever the lobes are thought to be.
+TEST(ProductDistribution, StaysWithinItsBoundOfTheTree) {
+  ForAllCases([](const directional::Tree& tree, const ProductDistribution& product) {
+    double least = 1;
+    ForCells(tree, product.finest_level(), [&](uint32_t x, uint32_t y, int depth) {
+      const Vec3 w = Centre(x, y, depth);
+      const float by_tree = directional::Locate(tree.nodes.data(), DirectionToCylindrical(w)).density;
+      if (by_tree > 0) least = std::min(least, static_cast<double>(product.Pdf(w)) / by_tree);
+    });
+    EXPECT_GE(least, ProductDistribution::kLeastRatio * 0.999);
+  });
+}
+
+TEST(ProductDistribution, IsUnusableWhereNothingIsReflected) {
+  const auto below = product_cases::OnePoint({0.01f, 0.7f}, 5);
+  const ProductLobe diffuse{ProductLobe::Kind::kDiffuseReflection, 1, 1};
+  EXPECT_FALSE(ProductDistribution(below.nodes.data(), ProductLobes({}, {0, 0, 1}, {&diffuse, 1})).usable());
+  EXPECT_TRUE(ProductDistribution(below.nodes.data(), ProductLobes({}, {0, 0, -1}, {&diffuse, 1})).usable());
+  EXPECT_FALSE(ProductDistribution(below.nodes.data(), ProductLobes({}, {0, 0, -1}, {})).usable());
+  const ProductLobe black{ProductLobe::Kind::kGgxReflection, 0.1f, 0};
+  EXPECT_FALSE(ProductDistribution(below.nodes.data(), ProductLobes({}, {0, 0, -1}, {&black, 1})).usable());
+}
+
+}  // namespace
+}  // namespace lodestar
