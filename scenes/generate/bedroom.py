@@ -3,8 +3,9 @@
 
     python3 scenes/generate/bedroom.py > scenes/bedroom.pbrt
 
-The bulb is a ball of radius 30 mm. The shade lets about a third of the light through, scattered; the bulb itself is seen only through the openings above and
-below. Next event estimation to the bulb is blocked nearly everywhere; the glowing shade and the spots on wall and ceiling light the room.
+The bulb is a ball of radius 30 mm. The shade lets about a third of the light through, scattered; the bulb itself is seen only through the
+openings above and below. Next event estimation to the bulb is blocked nearly everywhere; the glowing shade and the spots on wall and ceiling
+light the room.
 """
 from pbrt_writer import box, checkered, coated, define, diffuse, lamp, lathe, metal, prologue, quad, sphere, use
 from shapes import curve, room, tube
@@ -13,11 +14,13 @@ LAMP = (0.98, 0.5, -1.2)
 
 
 def bed():
-    text = use("walnut") + box((-0.85, 0.0, -1.5), (0.7, 1.0, -1.42)) + box((-0.82, 0.12, -1.42), (0.67, 0.32, 0.62)) + box((-0.85, 0, 0.6), (0.7, 0.5, 0.66))
+    text = use("walnut") + box((-0.85, 0.0, -1.5), (0.7, 1.0, -1.42)) + box((-0.82, 0.12, -1.42), (0.67, 0.32, 0.62))
+    text += box((-0.85, 0, 0.6), (0.7, 0.5, 0.66))
     text += use("linen") + box((-0.78, 0.32, -1.42), (0.63, 0.5, 0.58))
     # The blanket hangs over both sides in a rounded edge.
-    for side, edge in ((-1, -0.8), (1, 0.65)):
-        text += use("blanket") + tube([(edge, 0.49, -0.75), (edge, 0.49, 0.58)], 0.045, 16) + box((edge - 0.045, 0.25, -0.75), (edge + 0.045, 0.49, 0.58))
+    for edge in (-0.8, 0.65):
+        text += use("blanket") + tube([(edge, 0.49, -0.75), (edge, 0.49, 0.58)], 0.045, 16)
+        text += box((edge - 0.045, 0.25, -0.75), (edge + 0.045, 0.49, 0.58))
     text += box((-0.8, 0.49, -0.75), (0.65, 0.535, 0.58))
     text += use("linen")
     for x in (-0.43, 0.28):
@@ -59,9 +62,11 @@ def main():
     print(room((-1.9, 0, -1.52), (1.7, 2.4, 2.6), floor="floor", ceiling="ceiling", back="wall", left="wall", right="wall", front="wall"))
     print(use("rug") + box((-0.9, 0.0, 0.8), (1.2, 0.012, 1.7)) + bed() + bedside())
     print("# A wardrobe with a mirror in its door, a chest, pictures.")
-    print(use("lacquer") + box((1.15, 0.05, -0.75), (1.7, 2.0, 0.45)) + use("mirror") + quad((1.145, 0.3, -0.6), (1.145, 0.3, -0.2), (1.145, 1.8, -0.2), (1.145, 1.8, -0.6)))
+    print(use("lacquer") + box((1.15, 0.05, -0.75), (1.7, 2.0, 0.45)))
+    print(use("mirror") + quad((1.145, 0.3, -0.6), (1.145, 0.3, -0.2), (1.145, 1.8, -0.2), (1.145, 1.8, -0.6)))
     print(use("brass") + sphere(1.12, 1.0, -0.1, 0.025))
-    print(use("walnut") + box((-1.88, 0.05, -1.5), (-1.1, 0.8, -1.0)) + use("brass") + sphere(-1.49, 0.6, -0.985, 0.02) + sphere(-1.49, 0.3, -0.985, 0.02))
+    print(use("walnut") + box((-1.88, 0.05, -1.5), (-1.1, 0.8, -1.0)))
+    print(use("brass") + sphere(-1.49, 0.6, -0.985, 0.02) + sphere(-1.49, 0.3, -0.985, 0.02))
     print(use("gold") + lathe(curve([(0.0, 0.0), (0.06, 0.0), (0.09, 0.1), (0.03, 0.22), (0.05, 0.3)], 3), (-1.6, 0.8, -1.25)))
     print(use("gold") + box((-0.55, 1.35, -1.52), (0.35, 1.95, -1.49)) + use("picture") + box((-0.5, 1.4, -1.5), (0.3, 1.9, -1.485)))
 

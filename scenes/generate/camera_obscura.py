@@ -3,9 +3,9 @@
 
     python3 scenes/generate/camera_obscura.py > scenes/camera-obscura.pbrt
 
-The wall z = 0 has a round hole of radius 10 mm at (0, 0.9, 0). The dark room (z > 0) is 2.2 m deep; the camera stands in it beside the hole and sees the
-wall opposite, where a rabbit outside (2 m before the hole) appears upside down. The outer room's lamps hang on the hole's own wall, so the hole does not
-see them. A direction from the picture, drawn by the cosine, meets the hole twice in 100 000 tries.
+The wall z = 0 has a round hole of radius 10 mm at (0, 0.9, 0). The dark room (z > 0) is 2.2 m deep; the camera stands in it beside the hole
+and sees the wall opposite, where a rabbit outside (2 m before the hole) appears upside down. The outer room's lamps hang on the hole's own
+wall, so the hole does not see them. A direction from the picture, drawn by the cosine, meets the hole twice in 100 000 tries.
 """
 import math
 
@@ -20,12 +20,13 @@ SIDES = 32
 
 
 def wall():
-    """A plane with a round hole: squares' corners around a ring of triangles."""
-    ring = [(CENTRE[0] + PINHOLE * math.cos(2 * math.pi * k / SIDES), CENTRE[1] + PINHOLE * math.sin(2 * math.pi * k / SIDES), 0) for k in range(SIDES)]
+    """The wall between the rooms: a rectangle around a hole of SIDES corners."""
+    turns = [2 * math.pi * k / SIDES for k in range(SIDES)]
+    ring = [(CENTRE[0] + PINHOLE * math.cos(t), CENTRE[1] + PINHOLE * math.sin(t), 0) for t in turns]
     corners = [(2.2, 2.6, 0), (-2.2, 2.6, 0), (-2.2, 0, 0), (2.2, 0, 0)]
     triangles = []
     for k in range(SIDES):
-        # Each quarter of the ring fans to the corner in its middle.
+        # Each quarter of the ring fans to the corner nearest to it.
         corner, following = (k * 4) // SIDES, ((k + 1) * 4) // SIDES % 4
         triangles.append((k, SIDES + corner, (k + 1) % SIDES))
         if following != corner:

@@ -11,7 +11,8 @@ from shapes import cup, room, table, teapot
 
 def chair(x, z, turn):
     place = (x, z)
-    text = box((x - 0.22, 0.42, z - 0.22), (x + 0.22, 0.46, z + 0.22), turn, place) + box((x - 0.22, 0.46, z - 0.22), (x + 0.22, 0.95, z - 0.18), turn, place)
+    text = box((x - 0.22, 0.42, z - 0.22), (x + 0.22, 0.46, z + 0.22), turn, place)
+    text += box((x - 0.22, 0.46, z - 0.22), (x + 0.22, 0.95, z - 0.18), turn, place)
     for dx in (-0.2, 0.16):
         for dz in (-0.2, 0.16):
             text += box((x + dx, 0, z + dz), (x + dx + 0.04, 0.42, z + dz + 0.04), turn, place)

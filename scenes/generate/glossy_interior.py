@@ -3,7 +3,8 @@
 
     python3 scenes/generate/glossy_interior.py > scenes/glossy-interior.pbrt
 
-The window (1.4 m x 1.1 m) is in the left wall, with a bright panel outside. Metals of alpha 0.08 to 0.3 and lacquers of 0.05 to 0.2 fill most of the picture.
+The window (1.4 m x 1.1 m) is in the left wall, with a bright panel outside. Metals of alpha 0.08 to 0.3 and lacquers of 0.05 to 0.2 fill most
+of the picture.
 """
 from pbrt_writer import (box, checkered, coated, define, diffuse, instance, lamp, lathe, metal, named_object, prologue, quad, sphere, steel,
                          use)

@@ -35,7 +35,10 @@ def union(parts, softness):
 
 
 def surface(field, low, high, step, place):
-    """The triangles of field = 0 within the box low..high, one point to each cell that the surface crosses; `place` moves points and normals' tips."""
+    """The triangles of field = 0 within the box low..high, one point to each cell that the surface crosses.
+
+    `place` moves points, and the tips of the normals.
+    """
     size = [round((b - a) / step) + 1 for a, b in zip(low, high)]
 
     def corner(i, j, k):

@@ -3,8 +3,8 @@
 
     python3 scenes/generate/kitchen.py > scenes/kitchen.pbrt
 
-The window (1.5 m x 1.1 m) is in the right wall. The sun is a disc of radius 0.15 m, 8 m away; a panel behind it is the sky. The sun comes in as stripes
-on worktop, cupboards and floor, and these stripes light the rest.
+The window (1.5 m x 1.1 m) is in the right wall. The sun is a disc of radius 0.15 m, 8 m away; a panel behind it is the sky. The sun comes in
+as stripes on worktop, cupboards and floor, and these stripes light the rest.
 """
 from pbrt_writer import box, checkered, coated, define, diffuse, instance, lamp, lathe, metal, named_object, prologue, quad, sphere, steel, use
 from shapes import cup, curve, disc, pierced_wall, room, teapot, tube
@@ -62,7 +62,8 @@ def main():
     print("# Sun and sky.")
     print(lamp((64000, 55000, 42000), disc((8.6, 4.6, 2.2), (-7.3, -3.5, -2.6), 0.15)))
     print(lamp((3, 3.7, 4.8), quad((9.5, -1, -8), (9.5, -1, 8), (9.5, 9, 8), (9.5, 9, -8))))
-    print(use("steel") + box((-0.62, 0.02, -1.68), (0.22, 0.905, -1.06)) + box((-0.62, 1.75, BACK), (0.22, 1.95, -1.25)) + box((-0.35, 1.95, BACK), (-0.05, HEIGHT, -1.45)))
+    print(use("steel") + box((-0.62, 0.02, -1.68), (0.22, 0.905, -1.06)))
+    print(box((-0.62, 1.75, BACK), (0.22, 1.95, -1.25)) + box((-0.35, 1.95, BACK), (-0.05, HEIGHT, -1.45)))
     print(use("copper") + teapot((-0.4, 0.905, -1.38), 30, 1.4))
     print(use("steel") + lathe([(0.0, 0.0), (0.1, 0.0), (0.11, 0.02), (0.11, 0.13), (0.115, 0.135), (0.0, 0.15)], (0.02, 0.905, -1.4)))
     print(named_object("cup", use("china") + cup((0, 0, 0))))

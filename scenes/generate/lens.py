@@ -18,7 +18,8 @@ def lens(centre, rings=14):
     """Both faces are spherical and meet at a sharp rim."""
     widest = math.asin(APERTURE / FACE)
     drop = FACE * math.cos(widest)
-    upper = [(FACE * math.sin(widest * (1 - i / rings)), FACE * math.cos(widest * (1 - i / rings)) - drop) for i in range(rings)] + [(0.0, FACE - drop)]
+    angles = [widest * (1 - i / rings) for i in range(rings)]
+    upper = [(FACE * math.sin(a), FACE * math.cos(a) - drop) for a in angles] + [(0.0, FACE - drop)]
     normals = [(r / FACE, (h + drop) / FACE) for r, h in upper]
     lower, below = ([(r, -h) for r, h in reversed(rows)] for rows in (upper, normals))
     # Each face is a lathe of its own, since they have different normals at the rim.

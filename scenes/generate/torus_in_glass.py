@@ -3,8 +3,9 @@
 
     python3 scenes/generate/torus_in_glass.py > scenes/torus-in-glass.pbrt
 
-The block is 1 m wide; the light is a ball of radius 25 mm. Next event estimation never meets it from inside of the block; what arrives there comes from a
-few narrow directions (the light through each face, and its reflections inside), so that directional trees become deep and concentrated.
+The block is 1 m wide; the light is a ball of radius 25 mm. Next event estimation never meets it from inside of the block; what arrives there
+comes from a few narrow directions (the light through each face, and its reflections inside), so that directional trees become deep and
+concentrated.
 """
 from pbrt_writer import GLASS, box, define, diffuse, lamp, prologue, sphere, use
 from shapes import room, torus
