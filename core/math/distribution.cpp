@@ -5,44 +5,6 @@
 #include "core/base/check.h"
 
 namespace lodestar {
-namespace {
-
-// Cumulative sums of values / total, ending in exactly 1; returns the total.
-double BuildCdf(std::span<const float> values, float* cdf) {
-  double total = 0;
-  for (const float v : values) {
-    LODESTAR_CHECK(v >= 0 && std::isfinite(v));
-    total += v;
-  }
-  double sum = 0;
-  cdf[0] = 0;
-  for (size_t i = 0; i < values.size(); ++i) {
-    sum += values[i];
-    cdf[i + 1] = static_cast<float>(total > 0 ? sum / total : double(i + 1) / double(values.size()));
-  }
-  // Everything behind the last positive value is 1 too, so that no u reaches a cell of zero density.
-  for (size_t i = values.size(); i > 0 && (i == values.size() || (total > 0 && values[i] == 0)); --i) cdf[i] = 1;
-  return total;
-}
-
-// The cell whose half-open interval of the cdf holds u; never one of zero width.
-uint32_t FindCell(const float* cdf, uint32_t cells, float u) {
-  const float* above = std::upper_bound(cdf, cdf + cells + 1, u);
-  const auto cell = static_cast<uint32_t>(std::max<std::ptrdiff_t>(above - cdf - 1, 0));
-  return std::min(cell, cells - 1);
-}
-
-float PositionInCell(const float* cdf, uint32_t cell, uint32_t cells, float u) {
-  const float width = cdf[cell + 1] - cdf[cell];
-  const float inside = width > 0 ? std::clamp((u - cdf[cell]) / width, 0.0f, kOneMinusEpsilon) : 0.5f;
-  const float x = (static_cast<float>(cell) + inside) / static_cast<float>(cells);
-  // Rounding up would move the sample to the neighbour's density.
-  const float end = static_cast<float>(cell + 1) / static_cast<float>(cells);
-  return x < end ? x : std::nextafter(end, 0.0f);
-}
-
-}  // namespace
-
 AliasTable::AliasTable(std::span<const double> weights) : bins_(weights.size()), pmf_(weights.size()) {
   const size_t n = weights.size();
   LODESTAR_CHECK(n > 0 && n < (size_t{1} << 31));
@@ -76,45 +38,47 @@ AliasTable::AliasTable(std::span<const double> weights) : bins_(weights.size()),
   for (const uint32_t i : small) bins_[i] = weights[i] > 0 ? Bin{1, i} : Bin{0, heaviest};
 }
 
-PiecewiseConstant1D::PiecewiseConstant1D(std::span<const float> values) : cdf_(values.size() + 1), pdf_(values.size()) {
-  LODESTAR_CHECK(!values.empty());
-  const double total = BuildCdf(values, cdf_.data());
-  integral_ = total / double(values.size());
-  for (size_t i = 0; i < values.size(); ++i) pdf_[i] = static_cast<float>(total > 0 ? values[i] / integral_ : 1.0);
-}
-
-PiecewiseConstant1D::Sampled PiecewiseConstant1D::Sample(float u) const {
-  const auto cells = static_cast<uint32_t>(pdf_.size());
-  const uint32_t cell = FindCell(cdf_.data(), cells, u);
-  return {PositionInCell(cdf_.data(), cell, cells, u), pdf_[cell], cell};
+double GuidedCdf::Build(std::span<const float> values, float* cdf, uint16_t* guide) {
+  const auto cells = static_cast<uint32_t>(values.size());
+  LODESTAR_CHECK(cells > 0 && cells <= 65536);
+  double total = 0;
+  for (const float v : values) {
+    LODESTAR_CHECK(v >= 0 && std::isfinite(v));
+    total += v;
+  }
+  double sum = 0;
+  cdf[0] = 0;
+  for (uint32_t i = 0; i < cells; ++i) {
+    sum += values[i];
+    cdf[i + 1] = static_cast<float>(total > 0 ? sum / total : double(i + 1) / double(cells));
+  }
+  // Everything behind the last positive value is 1 too, so that no u reaches a cell of zero density.
+  for (uint32_t i = cells; i > 0 && (i == cells || (total > 0 && values[i] == 0)); --i) cdf[i] = 1;
+  uint32_t cell = 0;
+  for (uint32_t i = 0; i < cells; ++i) {
+    // Just below the least u of this slot, however u * cells rounds.
+    const float least = static_cast<float>(i) / static_cast<float>(cells) * (1 - 0x1p-22f);
+    while (cell + 1 < cells && cdf[cell + 1] <= least) ++cell;
+    guide[i] = static_cast<uint16_t>(cell);
+  }
+  return total;
 }
 
 PiecewiseConstant2D::PiecewiseConstant2D(std::span<const float> values, uint32_t width, uint32_t height)
-    : width_(width), height_(height), cdf_(size_t{width + 1} * height), pdf_(values.size()) {
+    : width_(width),
+      height_(height),
+      marginal_cdf_(height + 1),
+      cdf_(size_t{width + 1} * height),
+      marginal_guide_(height),
+      guide_(values.size()) {
   LODESTAR_CHECK(width > 0 && height > 0 && values.size() == size_t{width} * height);
   std::vector<float> rows(height);
-  double total = 0;
   for (uint32_t y = 0; y < height; ++y) {
-    const double row = BuildCdf(values.subspan(size_t{y} * width, width), cdf_.data() + size_t{y} * (width + 1));
+    const size_t first = size_t{y} * width;
+    const double row = GuidedCdf::Build(values.subspan(first, width), &cdf_[first + y], &guide_[first]);
     rows[y] = static_cast<float>(row / width);
-    total += row;
   }
-  marginal_ = PiecewiseConstant1D(rows);
-  const double mean = total / double(values.size());
-  for (size_t i = 0; i < values.size(); ++i) pdf_[i] = static_cast<float>(mean > 0 ? values[i] / mean : 1.0);
-}
-
-PiecewiseConstant2D::Sampled PiecewiseConstant2D::Sample(Vec2 u) const {
-  const auto y = marginal_.Sample(u.y);
-  const float* row = cdf_.data() + size_t{y.cell} * (width_ + 1);
-  const uint32_t x = FindCell(row, width_, u.x);
-  return {{PositionInCell(row, x, width_, u.x), y.x}, PdfOfCell(x, y.cell), x, y.cell};
-}
-
-float PiecewiseConstant2D::Pdf(Vec2 p) const {
-  const auto w = static_cast<float>(width_), h = static_cast<float>(height_);
-  return PdfOfCell(static_cast<uint32_t>(std::clamp(p.x * w, 0.0f, w - 1)),
-                   static_cast<uint32_t>(std::clamp(p.y * h, 0.0f, h - 1)));
+  mean_ = GuidedCdf::Build(rows, marginal_cdf_.data(), marginal_guide_.data()) / height;
 }
 
 }  // namespace lodestar

@@ -30,13 +30,20 @@ Vec2 DirectionToOctahedral(Vec3 w) {
   return {unit(std::copysign(u, w.x)), unit(std::copysign(v, w.y))};
 }
 
-EnvironmentLight::EnvironmentLight(std::vector<Rgb> pixels, int size, const Transform& world_from_light)
-    : size_(size), pixels_(std::move(pixels)) {
-  LODESTAR_CHECK(size > 0 && pixels_.size() == size_t(size) * size);
+EnvironmentLight::EnvironmentLight(const std::vector<Rgb>& pixels, int size, const Transform& world_from_light)
+    : size_(size) {
+  LODESTAR_CHECK(size > 0 && pixels.size() == size_t(size) * size);
   std::vector<float> weights;
-  weights.reserve(pixels_.size());
-  for (const Rgb& p : pixels_) weights.push_back((p.r + p.g + p.b) * (1 / 3.0f));
+  weights.reserve(pixels.size());
+  double sum[3] = {0, 0, 0};
+  for (const Rgb& p : pixels) {
+    weights.push_back((p.r + p.g + p.b) * (1 / 3.0f));
+    for (int c = 0; c < 3; ++c) sum[c] += p[c];
+  }
   distribution_ = PiecewiseConstant2D(weights, size, size);
+  for (size_t i = 0; i < pixels.size(); ++i)
+    texels_.push_back({pixels[i], distribution_.Density(weights[i]) * kUniformSpherePdf});
+  for (int c = 0; c < 3; ++c) mean_[c] = static_cast<float>(sum[c] / double(pixels.size()));
   // A rotation (and perhaps a mirror): made orthonormal, since files carry scales and rounding.
   const Vec3 x = Normalize(world_from_light.Vector({1, 0, 0}));
   const Vec3 y0 = world_from_light.Vector({0, 1, 0}), y = Normalize(y0 - x * Dot(x, y0));
@@ -46,32 +53,23 @@ EnvironmentLight::EnvironmentLight(std::vector<Rgb> pixels, int size, const Tran
 }
 
 EnvironmentLight::Value EnvironmentLight::Evaluate(Vec3 wi) const {
-  if (size_ == 0) return {constant_, kUniformSpherePdf};
+  if (size_ == 0) return {mean_, kUniformSpherePdf};
   const Vec3 local = light_from_world_[0] * wi.x + light_from_world_[1] * wi.y + light_from_world_[2] * wi.z;
   const Vec2 square = DirectionToOctahedral(local);
   const auto x = std::min(static_cast<uint32_t>(square.x * float(size_)), uint32_t(size_ - 1));
   const auto y = std::min(static_cast<uint32_t>(square.y * float(size_)), uint32_t(size_ - 1));
-  return {pixels_[size_t{y} * size_ + x], distribution_.PdfOfCell(x, y) * kUniformSpherePdf};
+  return texels_[size_t{y} * size_ + x];
 }
 
 Vec3 EnvironmentLight::Sample(Vec2 u, Value* value) const {
   if (size_ == 0) {
-    *value = {constant_, kUniformSpherePdf};
+    *value = {mean_, kUniformSpherePdf};
     return SquareToSphere(u);
   }
   const auto sampled = distribution_.Sample(u);
-  *value = {pixels_[size_t{sampled.cell_y} * size_ + sampled.cell_x], sampled.pdf * kUniformSpherePdf};
+  *value = texels_[size_t{sampled.cell_y} * size_ + sampled.cell_x];
   const Vec3 local = OctahedralToDirection(sampled.p);
   return Normalize(world_from_light_[0] * local.x + world_from_light_[1] * local.y + world_from_light_[2] * local.z);
-}
-
-Rgb EnvironmentLight::mean() const {
-  if (size_ == 0) return constant_;
-  double sum[3] = {0, 0, 0};
-  for (const Rgb& p : pixels_)
-    for (int c = 0; c < 3; ++c) sum[c] += p[c];
-  const double n = double(pixels_.size());
-  return {float(sum[0] / n), float(sum[1] / n), float(sum[2] / n)};
 }
 
 }  // namespace lodestar

@@ -18,24 +18,24 @@ Vec2 DirectionToOctahedral(Vec3 w);
 
 class EnvironmentLight {
  public:
-  explicit EnvironmentLight(Rgb constant) : constant_(constant) {}
+  explicit EnvironmentLight(Rgb constant) : mean_(constant) {}
   // pixels: size * size, row by row.
-  EnvironmentLight(std::vector<Rgb> pixels, int size, const Transform& world_from_light);
+  EnvironmentLight(const std::vector<Rgb>& pixels, int size, const Transform& world_from_light);
 
-  struct Value {
+  struct alignas(16) Value {  // one cache line holds all of a texel
     Rgb radiance;
     float pdf;  // per solid angle
   };
   Value Evaluate(Vec3 wi) const;
   Vec3 Sample(Vec2 u, Value* value) const;
   // Mean over the sphere.
-  Rgb mean() const;
-  size_t memory_bytes() const { return pixels_.size() * sizeof(Rgb) + distribution_.memory_bytes(); }
+  Rgb mean() const { return mean_; }
+  size_t memory_bytes() const { return texels_.size() * sizeof(Value) + distribution_.memory_bytes(); }
 
  private:
-  Rgb constant_;
+  Rgb mean_;
   int size_ = 0;  // 0: constant
-  std::vector<Rgb> pixels_;
+  std::vector<Value> texels_;
   PiecewiseConstant2D distribution_;
   std::array<Vec3, 3> world_from_light_;  // columns, orthonormal
   std::array<Vec3, 3> light_from_world_;

@@ -129,8 +129,7 @@ void CompileLights(const SceneDescription& description, SceneParts* parts) {
                          Fail(light.where, "environment image '" + l.path + "' holds values that are not finite");
                        p = Rgb(std::max(p.r, 0.0f), std::max(p.g, 0.0f), std::max(p.b, 0.0f)) * l.radiance;
                      }
-                     parts->lights.AddEnvironment(
-                         EnvironmentLight(std::move(image.pixels), image.width, light.world_from_light));
+                     parts->lights.AddEnvironment(EnvironmentLight(image.pixels, image.width, light.world_from_light));
                    },
                },
                light.kind);

@@ -39,27 +39,60 @@ TEST(AliasTable, TinyWeightsKeepTheirProbability) {
   EXPECT_EQ(AliasTable(std::vector<double>{0, 0, 5}).Sample(0.1f), 2u);
 }
 
-TEST(PiecewiseConstant1D, InvertsItsOwnDensity) {
-  const std::vector<float> values{0, 1, 4, 0, 0.25f, 2, 0};
-  const PiecewiseConstant1D d(values);
-  EXPECT_NEAR(d.integral(), 7.25 / 7, 1e-7);
-  double previous = -1, sum = 0;
-  for (int i = 0; i < 7000; ++i) sum += d.Pdf((i + 0.5f) / 7000) / 7000;
-  EXPECT_NEAR(sum, 1, 1e-6);
-  for (int i = 0; i < 4096; ++i) {
-    const auto s = d.Sample(i / 4096.0f);
-    EXPECT_GE(s.x, previous);  // monotone
-    previous = s.x;
-    EXPECT_GT(s.pdf, 0);
-    EXPECT_EQ(d.Pdf(s.x), s.pdf);
+struct Cdf {
+  explicit Cdf(const std::vector<float>& values)
+      : cells(static_cast<uint32_t>(values.size())), cdf(values.size() + 1), guide(values.size()) {
+    sum = GuidedCdf::Build(values, cdf.data(), guide.data());
   }
-  EXPECT_GT(d.Sample(kOneMinusEpsilon).pdf, 0);
+  uint32_t Find(float u) const { return GuidedCdf::Find(cdf.data(), guide.data(), cells, u); }
+  float Position(float u) const { return GuidedCdf::Position(cdf.data(), Find(u), cells, u); }
+  uint32_t cells;
+  double sum;
+  std::vector<float> cdf;
+  std::vector<uint16_t> guide;
+};
+
+TEST(GuidedCdf, FindsTheCellThatHoldsU) {
+  for (const uint32_t cells : {1u, 2u, 7u, 64u, 1000u}) {
+    std::vector<float> values(cells);
+    for (uint32_t i = 0; i < cells; ++i) {
+      const float x = Uniform(i, 7);
+      values[i] = x < 0.3f ? 0 : x > 0.95f ? 1000 * x : x * x;
+    }
+    const Cdf d(values);
+    std::vector<float> probes{0, kOneMinusEpsilon};
+    for (uint32_t i = 0; i < 4096; ++i) probes.push_back(Uniform(i, 8));
+    for (const float edge : d.cdf) {
+      for (const float u : {edge, std::nextafter(edge, 0.0f), std::nextafter(edge, 1.0f)}) {
+        if (u < 1) probes.push_back(u);
+      }
+    }
+    for (const float u : probes) {
+      const uint32_t cell = d.Find(u);
+      ASSERT_LE(d.cdf[cell], u);
+      ASSERT_GT(d.cdf[cell + 1], u);
+      ASSERT_EQ(static_cast<uint32_t>(d.Position(u) * static_cast<float>(cells)), cell) << cells << " cells, u " << u;
+    }
+  }
 }
 
-TEST(PiecewiseConstant1D, UniformWhereAllIsZero) {
-  const PiecewiseConstant1D d(std::vector<float>(5, 0.0f));
-  EXPECT_FLOAT_EQ(d.Sample(0.3f).x, 0.3f);
-  EXPECT_EQ(d.Sample(0.3f).pdf, 1);
+TEST(GuidedCdf, InvertsItsOwnDensity) {
+  const std::vector<float> values{0, 1, 4, 0, 0.25f, 2, 0};
+  const Cdf d(values);
+  EXPECT_NEAR(d.sum, 7.25, 1e-6);
+  double previous = -1;
+  for (int i = 0; i < 4096; ++i) {
+    const float u = static_cast<float>(i) / 4096;
+    EXPECT_GE(d.Position(u), previous);  // monotone
+    previous = d.Position(u);
+    EXPECT_GT(values[d.Find(u)], 0);
+    EXPECT_NEAR(d.cdf[d.Find(u)] + (d.Position(u) * 7 - d.Find(u)) * values[d.Find(u)] / 7.25, u, 1e-6);
+  }
+  EXPECT_EQ(d.Find(kOneMinusEpsilon), 5u);
+}
+
+TEST(GuidedCdf, UniformWhereAllIsZero) {
+  EXPECT_FLOAT_EQ(Cdf(std::vector<float>(5, 0.0f)).Position(0.3f), 0.3f);
 }
 
 TEST(PiecewiseConstant2D, CellsAreHitInProportion) {
@@ -71,13 +104,14 @@ TEST(PiecewiseConstant2D, CellsAreHitInProportion) {
   const PiecewiseConstant2D d(values, w, h);
   double total = 0;
   for (const float v : values) total += v;
-  EXPECT_NEAR(d.integral(), total / values.size(), 1e-4);
+  EXPECT_NEAR(d.mean(), total / values.size(), 1e-4);
   constexpr int kSamples = 500000;
   std::vector<int> counts(values.size());
   for (int i = 0; i < kSamples; ++i) {
     const auto s = d.Sample({Uniform(i, 2), Uniform(i, 3)});
-    ASSERT_GT(s.pdf, 0);
-    ASSERT_EQ(s.pdf, d.Pdf(s.p));
+    ASSERT_GT(values[s.cell_y * w + s.cell_x], 0);
+    ASSERT_EQ(static_cast<uint32_t>(s.p.x * w), s.cell_x);
+    ASSERT_EQ(static_cast<uint32_t>(s.p.y * h), s.cell_y);
     ++counts[s.cell_y * w + s.cell_x];
   }
   double statistic = 0;
