@@ -68,7 +68,7 @@ std::unique_ptr<TexelImage> TexelImage::Load(const std::string& path, Encoding e
     for (int x = 0; x < info.width; ++x) {
       const uint8_t* p = raw.data() + (size_t(y) * info.width + x) * n;
       const uint32_t alpha = image->channels_ == 4 ? p[3] : 255;
-      image->bytes_[(size_t(y >> 2) * image->tiles_x_ + (x >> 2)) * 16 + ((y & 3) << 2 | (x & 3))] =
+      image->bytes_[image->Column<true>(x) + image->Row<true>(y)] =
           p[0] | uint32_t{p[g]} << 8 | uint32_t{p[b]} << 16 | alpha << 24;
     }
   return image;
@@ -81,58 +81,70 @@ std::unique_ptr<TexelImage> TexelImage::FromFloats(int width, int height, int ch
   image->width_ = width;
   image->height_ = height;
   image->channels_ = channels;
-  image->floats_ = std::move(values);
+  image->floats_.assign(values.begin(), values.end());
   return image;
 }
 
-Rgb TexelImage::ReadRgb(int x, int y) const {
-  if (!bytes_.empty()) {
-    const uint32_t v = Packed(x, y);
-    return {decode_[v & 255], decode_[v >> 8 & 255], decode_[v >> 16 & 255]};
-  }
-  const float* p = floats_.data() + (size_t(y) * width_ + x) * channels_;
-  return channels_ == 1 ? Rgb(p[0]) : Rgb(p[0], p[1], p[2]);
-}
-
-float TexelImage::ReadFloat(int x, int y) const {
-  if (!bytes_.empty()) {
-    const uint32_t v = Packed(x, y);
-    if (channels_ == 4) return static_cast<float>(v >> 24) * (1 / 255.0f);
-    if (channels_ == 1) return decode_[v & 255];
-    return (decode_[v & 255] + decode_[v >> 8 & 255] + decode_[v >> 16 & 255]) * (1 / 3.0f);
-  }
-  const float* p = floats_.data() + (size_t(y) * width_ + x) * channels_;
-  return channels_ == 1 ? p[0] : channels_ == 4 ? p[3] : (p[0] + p[1] + p[2]) * (1 / 3.0f);
-}
-
-template <class Read>
+// read(place) gives a texel's value.
+template <bool kTiled, class Read>
 auto TexelImage::Filter(Vec2 st, Wrap wrap, bool nearest, Read read) const {
-  using Value = decltype(read(0, 0));
+  using Value = decltype(read(size_t{}));
   // Texel centres are at half integers. Coordinates that overflow an int say nothing anyway.
   const float limit = 1e9f;
   const float fx = std::clamp(st.x * static_cast<float>(width_) - 0.5f, -limit, limit);
   const float fy = std::clamp(st.y * static_cast<float>(height_) - 0.5f, -limit, limit);
-  const auto texel = [&](int x, int y) {
-    x = WrapIndex(x, width_, wrap);
-    y = WrapIndex(y, height_, wrap);
-    return x < 0 || y < 0 ? Value(0.0f) : read(x, y);
-  };
-  if (nearest) return texel(static_cast<int>(std::floor(fx + 0.5f)), static_cast<int>(std::floor(fy + 0.5f)));
+  if (nearest) {
+    const int x = WrapIndex(static_cast<int>(std::floor(fx + 0.5f)), width_, wrap);
+    const int y = WrapIndex(static_cast<int>(std::floor(fy + 0.5f)), height_, wrap);
+    return x < 0 || y < 0 ? Value(0.0f) : read(Column<kTiled>(x) + Row<kTiled>(y));
+  }
   const float x_floor = std::floor(fx), y_floor = std::floor(fy);
-  const int x = static_cast<int>(x_floor), y = static_cast<int>(y_floor);
   const float dx = fx - x_floor, dy = fy - y_floor;
-  if (x >= 0 && y >= 0 && x + 1 < width_ && y + 1 < height_)
-    return (read(x, y) * (1 - dx) + read(x + 1, y) * dx) * (1 - dy) +
-           (read(x, y + 1) * (1 - dx) + read(x + 1, y + 1) * dx) * dy;
-  return (texel(x, y) * (1 - dx) + texel(x + 1, y) * dx) * (1 - dy) +
-         (texel(x, y + 1) * (1 - dx) + texel(x + 1, y + 1) * dx) * dy;
+  int x0 = static_cast<int>(x_floor), y0 = static_cast<int>(y_floor), x1 = x0 + 1, y1 = y0 + 1;
+  float wx0 = 1, wx1 = 1, wy0 = 1, wy1 = 1;
+  if (!(x0 >= 0 && y0 >= 0 && x1 < width_ && y1 < height_)) [[unlikely]] {
+    // Beyond the border of `black`: any texel, times zero.
+    const auto inside = [wrap](int* i, int n) {
+      *i = WrapIndex(*i, n, wrap);
+      const bool black = *i < 0;
+      if (black) *i = 0;
+      return black ? 0.0f : 1.0f;
+    };
+    wx0 = inside(&x0, width_), wx1 = inside(&x1, width_);
+    wy0 = inside(&y0, height_), wy1 = inside(&y1, height_);
+  }
+  const size_t c0 = Column<kTiled>(x0), c1 = Column<kTiled>(x1), r0 = Row<kTiled>(y0), r1 = Row<kTiled>(y1);
+  const Value v00 = read(c0 + r0), v10 = read(c1 + r0), v01 = read(c0 + r1), v11 = read(c1 + r1);
+  const float a0 = (1 - dx) * wx0, a1 = dx * wx1;
+  return (v00 * a0 + v10 * a1) * ((1 - dy) * wy0) + (v01 * a0 + v11 * a1) * (dy * wy1);
 }
 
 Rgb TexelImage::LookupRgb(Vec2 st, Wrap wrap, bool nearest) const {
-  return Filter(st, wrap, nearest, [this](int x, int y) { return ReadRgb(x, y); });
+  if (!bytes_.empty()) {
+    return Filter<true>(st, wrap, nearest, [this](size_t at) {
+      const uint32_t v = bytes_[at];
+      return Rgb(decode_[v & 255], decode_[v >> 8 & 255], decode_[v >> 16 & 255]);
+    });
+  }
+  return Filter<false>(st, wrap, nearest, [this](size_t at) {
+    const float* p = floats_.data() + at;
+    return channels_ == 1 ? Rgb(p[0]) : Rgb(p[0], p[1], p[2]);
+  });
 }
+
 float TexelImage::LookupFloat(Vec2 st, Wrap wrap, bool nearest) const {
-  return Filter(st, wrap, nearest, [this](int x, int y) { return ReadFloat(x, y); });
+  if (!bytes_.empty()) {
+    return Filter<true>(st, wrap, nearest, [this](size_t at) {
+      const uint32_t v = bytes_[at];
+      if (channels_ == 4) return static_cast<float>(v >> 24) * (1 / 255.0f);
+      if (channels_ == 1) return decode_[v & 255];
+      return (decode_[v & 255] + decode_[v >> 8 & 255] + decode_[v >> 16 & 255]) * (1 / 3.0f);
+    });
+  }
+  return Filter<false>(st, wrap, nearest, [this](size_t at) {
+    const float* p = floats_.data() + at;
+    return channels_ == 1 ? p[0] : channels_ == 4 ? p[3] : (p[0] + p[1] + p[2]) * (1 / 3.0f);
+  });
 }
 
 }  // namespace lodestar

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/huge_pages.h"
 #include "core/math/rgb.h"
 #include "core/math/vec.h"
 
@@ -35,22 +36,22 @@ class TexelImage {
   size_t memory_bytes() const { return bytes_.size() * 4 + floats_.size() * 4; }
 
  private:
-  struct Texel {
-    Rgb rgb;
-    float alpha;
-  };
-  template <class Read>
-  auto Filter(Vec2 st, Wrap wrap, bool nearest, Read read) const;
-  uint32_t Packed(int x, int y) const {
-    return bytes_[(size_t(y >> 2) * tiles_x_ + (x >> 2)) * 16 + ((y & 3) << 2 | (x & 3))];
+  // A texel's place in bytes_ (tiled) or floats_: the sum of what its column and its row contribute.
+  template <bool kTiled>
+  size_t Column(int x) const {
+    return kTiled ? size_t(x >> 2) << 4 | (x & 3) : size_t(x) * channels_;
   }
-  Rgb ReadRgb(int x, int y) const;
-  float ReadFloat(int x, int y) const;
+  template <bool kTiled>
+  size_t Row(int y) const {
+    return kTiled ? size_t(y >> 2) * tiles_x_ << 4 | (y & 3) << 2 : size_t(y) * width_ * channels_;
+  }
+  template <bool kTiled, class Read>
+  auto Filter(Vec2 st, Wrap wrap, bool nearest, Read read) const;
 
   int width_ = 0, height_ = 0, tiles_x_ = 0;
   int channels_ = 3;             // 1, 3 or 4 (4 only where some alpha is not one)
-  std::vector<uint32_t> bytes_;  // r | g << 8 | b << 16 | a << 24, tiled; empty for float images
-  std::vector<float> floats_;    // row by row
+  LargeVector<uint32_t> bytes_;  // r | g << 8 | b << 16 | a << 24, tiled; empty for float images
+  LargeVector<float> floats_;    // row by row
   std::array<float, 256> decode_{};
 };
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "core/base/huge_pages.h"
 #include "core/math/distribution.h"
 #include "core/math/rgb.h"
 #include "core/math/transform.h"
@@ -35,7 +36,7 @@ class EnvironmentLight {
  private:
   Rgb mean_;
   int size_ = 0;  // 0: constant
-  std::vector<Value> texels_;
+  LargeVector<Value> texels_;
   PiecewiseConstant2D distribution_;
   std::array<Vec3, 3> world_from_light_;  // columns, orthonormal
   std::array<Vec3, 3> light_from_world_;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/huge_pages.h"
 #include "core/math/bounds.h"
 #include "core/scene/description.h"
 #include "core/scene/scene_types.h"
@@ -76,8 +77,8 @@ struct Quadric {
 
 // Shapes that share a coordinate system: the world's, or an object definition's.
 struct GeometryGroup {
-  std::vector<Vertex> vertices;
-  std::array<std::vector<Triangle>, 2> triangles;  // by slot
+  LargeVector<Vertex> vertices;
+  std::array<LargeVector<Triangle>, 2> triangles;  // by slot
   std::vector<MeshRecord> meshes;
   std::vector<Quadric> spheres, disks;
   Bounds3 bounds;

@@ -41,10 +41,10 @@ class Hasher {
     (*this)(r.remap);
   }
   // Large arrays go in as their own hash, so that the document stays small.
-  template <class T>
-  void Array(const std::vector<T>& values) {
+  template <class Values>
+  void Array(const Values& values) {
     (*this)(uint64_t{values.size()});
-    bytes_.PutString(Sha256({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)}).hex);
+    bytes_.PutString(Sha256({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(values[0])}).hex);
   }
   void File(const std::string& path) {
     auto [entry, fresh] = files_.try_emplace(path);
