@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/check.h"
 #include "core/math/vec.h"
 
 namespace lodestar {
@@ -36,24 +37,30 @@ class AliasTable {
   std::vector<float> pmf_;
 };
 
-// The inverse of a piecewise linear distribution function over `cells` even cells of [0, 1): finds the cell of u in
-// about two steps, from a table of where to start (the "guide table" of Chen and Asau 1974; Devroye 1986, section
-// III.2.4).
+// The inverse of a piecewise linear distribution function over even cells of [0, 1): finds the cell of u from a table
+// of where to start, four cells a slot (the guide table of Chen and Asau 1974; Devroye 1986, section III.2.4). The
+// arrays are the caller's, so that what belongs to a cell can lie beside its end: ends[i * kStride] is the value at the
+// end of cell i.
+template <size_t kStride = 1>
 class GuidedCdf {
  public:
-  // Of values >= 0, one a cell; uniform where all are zero. `cdf` receives cells + 1 numbers, `guide` cells: both are
-  // the caller's to keep. At most 65536 cells. Returns the values' sum.
-  static double Build(std::span<const float> values, float* cdf, uint16_t* guide);
+  static constexpr uint32_t kMostCells = 65536;
+  static uint32_t Slots(uint32_t cells) { return (cells + 3) / 4; }
+
+  // Of values >= 0, one a cell; uniform where all are zero. Fills one end a cell and the guide's slots; returns the
+  // values' sum.
+  static double Build(std::span<const float> values, float* ends, uint16_t* guide);
   // The cell whose half-open interval holds u; never one of zero width.
-  static uint32_t Find(const float* cdf, const uint16_t* guide, uint32_t cells, float u) {
-    uint32_t cell = guide[std::min(static_cast<uint32_t>(u * static_cast<float>(cells)), cells - 1)];
-    while (cell + 1 < cells && cdf[cell + 1] <= u) ++cell;
+  static uint32_t Find(const float* ends, const uint16_t* guide, uint32_t cells, float u) {
+    const uint32_t slots = Slots(cells);
+    uint32_t cell = guide[std::min(static_cast<uint32_t>(u * static_cast<float>(slots)), slots - 1)];
+    while (cell + 1 < cells && ends[cell * kStride] <= u) ++cell;
     return cell;
   }
   // Where in [0, 1) u lies, linear within its cell.
-  static float Position(const float* cdf, uint32_t cell, uint32_t cells, float u) {
-    const float width = cdf[cell + 1] - cdf[cell];
-    const float inside = width > 0 ? std::clamp((u - cdf[cell]) / width, 0.0f, kOneMinusEpsilon) : 0.5f;
+  static float Position(const float* ends, uint32_t cell, uint32_t cells, float u) {
+    const float start = cell > 0 ? ends[(cell - 1) * kStride] : 0, width = ends[cell * kStride] - start;
+    const float inside = width > 0 ? std::clamp((u - start) / width, 0.0f, kOneMinusEpsilon) : 0.5f;
     const float x = (static_cast<float>(cell) + inside) / static_cast<float>(cells);
     // Rounding up would move the sample to the neighbour's density.
     const float end = static_cast<float>(cell + 1) / static_cast<float>(cells);
@@ -61,40 +68,33 @@ class GuidedCdf {
   }
 };
 
-// A density on the unit square that is constant in each of width * height cells, uniform where all values are zero:
-// values row by row (x fastest), y first by the marginal, then x within the row. It keeps no densities: who samples
-// it has the values at hand, and Density() scales them.
-class PiecewiseConstant2D {
- public:
-  struct Sampled {
-    Vec2 p;
-    uint32_t cell_x, cell_y;
-  };
-  PiecewiseConstant2D() = default;
-  // At most 65536 cells either way.
-  PiecewiseConstant2D(std::span<const float> values, uint32_t width, uint32_t height);
-
-  Sampled Sample(Vec2 u) const {
-    const uint32_t y = GuidedCdf::Find(marginal_cdf_.data(), marginal_guide_.data(), height_, u.y);
-    const float* cdf = cdf_.data() + size_t{y} * (width_ + 1);
-    const uint32_t x = GuidedCdf::Find(cdf, guide_.data() + size_t{y} * width_, width_, u.x);
-    return {
-        {GuidedCdf::Position(cdf, x, width_, u.x), GuidedCdf::Position(marginal_cdf_.data(), y, height_, u.y)}, x, y};
+template <size_t kStride>
+double GuidedCdf<kStride>::Build(std::span<const float> values, float* ends, uint16_t* guide) {
+  const auto cells = static_cast<uint32_t>(values.size());
+  LODESTAR_CHECK(cells > 0 && cells <= kMostCells);
+  double total = 0;
+  for (const float v : values) {
+    LODESTAR_CHECK(v >= 0 && std::isfinite(v));
+    total += v;
   }
-  // Of a cell of that value.
-  float Density(float value) const { return mean_ > 0 ? static_cast<float>(value / mean_) : 1.0f; }
-  // Mean of the values.
-  double mean() const { return mean_; }
-  size_t memory_bytes() const {
-    return (cdf_.size() + marginal_cdf_.size()) * sizeof(float) +
-           (guide_.size() + marginal_guide_.size()) * sizeof(uint16_t);
+  double sum = 0;
+  for (uint32_t i = 0; i < cells; ++i) {
+    sum += values[i];
+    ends[i * kStride] = static_cast<float>(total > 0 ? sum / total : double(i + 1) / double(cells));
   }
-
- private:
-  uint32_t width_ = 0, height_ = 0;
-  double mean_ = 0;
-  std::vector<float> marginal_cdf_, cdf_;         // height + 1; width + 1 a row
-  std::vector<uint16_t> marginal_guide_, guide_;  // height; width a row
-};
+  // Everything from the last positive value on is 1, so that no u reaches a cell of zero density.
+  for (uint32_t i = cells; i > 0; --i) {
+    ends[(i - 1) * kStride] = 1;
+    if (total == 0 || values[i - 1] > 0) break;
+  }
+  const uint32_t slots = Slots(cells);
+  for (uint32_t slot = 0, cell = 0; slot < slots; ++slot) {
+    // Just below the slot's least u, however u * slots rounds.
+    const float least = static_cast<float>(slot) / static_cast<float>(slots) * (1 - 0x1p-22f);
+    while (cell + 1 < cells && ends[cell * kStride] <= least) ++cell;
+    guide[slot] = static_cast<uint16_t>(cell);
+  }
+  return total;
+}
 
 }  // namespace lodestar

@@ -31,19 +31,27 @@ Vec2 DirectionToOctahedral(Vec3 w) {
 }
 
 EnvironmentLight::EnvironmentLight(const std::vector<Rgb>& pixels, int size, const Transform& world_from_light)
-    : size_(size) {
-  LODESTAR_CHECK(size > 0 && pixels.size() == size_t(size) * size);
-  std::vector<float> weights;
-  weights.reserve(pixels.size());
+    : size_(static_cast<uint32_t>(size)),
+      texels_(pixels.size()),
+      row_ends_(size_),
+      row_guide_(GuidedCdf<>::Slots(size_)),
+      column_guides_(size_ * size_t{RowCdf::Slots(size_)}) {
+  LODESTAR_CHECK(size > 0 && pixels.size() == size_t{size_} * size_);
+  std::vector<float> weights(size_), rows(size_);
   double sum[3] = {0, 0, 0};
-  for (const Rgb& p : pixels) {
-    weights.push_back((p.r + p.g + p.b) * (1 / 3.0f));
-    for (int c = 0; c < 3; ++c) sum[c] += p[c];
+  for (uint32_t y = 0; y < size_; ++y) {
+    Texel* texels = &texels_[size_t{y} * size_];
+    for (uint32_t x = 0; x < size_; ++x) {
+      texels[x].radiance = pixels[size_t{y} * size_ + x];
+      weights[x] = Mean(texels[x].radiance);
+      for (int c = 0; c < 3; ++c) sum[c] += texels[x].radiance[c];
+    }
+    rows[y] =
+        static_cast<float>(RowCdf::Build(weights, &texels[0].end, &column_guides_[y * size_t{RowCdf::Slots(size_)}]));
   }
-  distribution_ = PiecewiseConstant2D(weights, size, size);
-  for (size_t i = 0; i < pixels.size(); ++i)
-    texels_.push_back({pixels[i], distribution_.Density(weights[i]) * kUniformSpherePdf});
-  for (int c = 0; c < 3; ++c) mean_[c] = static_cast<float>(sum[c] / double(pixels.size()));
+  const double total = GuidedCdf<>::Build(rows, row_ends_.data(), row_guide_.data()), n = double(pixels.size());
+  density_ = total > 0 ? static_cast<float>(n / total * double{kUniformSpherePdf}) : 0;
+  for (int c = 0; c < 3; ++c) mean_[c] = static_cast<float>(sum[c] / n);
   // A rotation (and perhaps a mirror): made orthonormal, since files carry scales and rounding.
   const Vec3 x = Normalize(world_from_light.Vector({1, 0, 0}));
   const Vec3 y0 = world_from_light.Vector({0, 1, 0}), y = Normalize(y0 - x * Dot(x, y0));
@@ -56,9 +64,9 @@ EnvironmentLight::Value EnvironmentLight::Evaluate(Vec3 wi) const {
   if (size_ == 0) return {mean_, kUniformSpherePdf};
   const Vec3 local = light_from_world_[0] * wi.x + light_from_world_[1] * wi.y + light_from_world_[2] * wi.z;
   const Vec2 square = DirectionToOctahedral(local);
-  const auto x = std::min(static_cast<uint32_t>(square.x * float(size_)), uint32_t(size_ - 1));
-  const auto y = std::min(static_cast<uint32_t>(square.y * float(size_)), uint32_t(size_ - 1));
-  return texels_[size_t{y} * size_ + x];
+  const auto x = std::min(static_cast<uint32_t>(square.x * float(size_)), size_ - 1);
+  const auto y = std::min(static_cast<uint32_t>(square.y * float(size_)), size_ - 1);
+  return ValueOf(texels_[size_t{y} * size_ + x]);
 }
 
 Vec3 EnvironmentLight::Sample(Vec2 u, Value* value) const {
@@ -66,10 +74,18 @@ Vec3 EnvironmentLight::Sample(Vec2 u, Value* value) const {
     *value = {mean_, kUniformSpherePdf};
     return SquareToSphere(u);
   }
-  const auto sampled = distribution_.Sample(u);
-  *value = texels_[size_t{sampled.cell_y} * size_ + sampled.cell_x];
-  const Vec3 local = OctahedralToDirection(sampled.p);
+  const uint32_t y = GuidedCdf<>::Find(row_ends_.data(), row_guide_.data(), size_, u.y);
+  const Texel* row = &texels_[size_t{y} * size_];
+  const uint32_t x = RowCdf::Find(&row->end, &column_guides_[y * size_t{RowCdf::Slots(size_)}], size_, u.x);
+  *value = ValueOf(row[x]);
+  const Vec3 local = OctahedralToDirection(
+      {RowCdf::Position(&row->end, x, size_, u.x), GuidedCdf<>::Position(row_ends_.data(), y, size_, u.y)});
   return Normalize(world_from_light_[0] * local.x + world_from_light_[1] * local.y + world_from_light_[2] * local.z);
+}
+
+size_t EnvironmentLight::memory_bytes() const {
+  return texels_.size() * sizeof(Texel) + row_ends_.size() * sizeof(float) +
+         (row_guide_.size() + column_guides_.size()) * sizeof(uint16_t);
 }
 
 }  // namespace lodestar

@@ -23,7 +23,7 @@ class EnvironmentLight {
   // pixels: size * size, row by row.
   EnvironmentLight(const std::vector<Rgb>& pixels, int size, const Transform& world_from_light);
 
-  struct alignas(16) Value {  // one cache line holds all of a texel
+  struct Value {
     Rgb radiance;
     float pdf;  // per solid angle
   };
@@ -31,14 +31,25 @@ class EnvironmentLight {
   Vec3 Sample(Vec2 u, Value* value) const;
   // Mean over the sphere.
   Rgb mean() const { return mean_; }
-  size_t memory_bytes() const { return texels_.size() * sizeof(Value) + distribution_.memory_bytes(); }
+  size_t memory_bytes() const;
 
  private:
+  // What a lookup needs in one cache line: sampling finds the texel by `end` and has its radiance.
+  struct alignas(16) Texel {
+    Rgb radiance;
+    float end;  // of the distribution function along the row
+  };
+  using RowCdf = GuidedCdf<sizeof(Texel) / sizeof(float)>;
+  Value ValueOf(const Texel& texel) const { return {texel.radiance, Mean(texel.radiance) * density_}; }
+  static float Mean(Rgb c) { return (c.r + c.g + c.b) * (1 / 3.0f); }
+
   Rgb mean_;
-  int size_ = 0;  // 0: constant
-  LargeVector<Value> texels_;
-  PiecewiseConstant2D distribution_;
-  std::array<Vec3, 3> world_from_light_;  // columns, orthonormal
+  uint32_t size_ = 0;  // 0: constant
+  float density_ = 0;  // per solid angle and unit of a texel's mean
+  LargeVector<Texel> texels_;
+  std::vector<float> row_ends_;                      // of the distribution function over rows
+  std::vector<uint16_t> row_guide_, column_guides_;  // column_guides_: row by row
+  std::array<Vec3, 3> world_from_light_;             // columns, orthonormal
   std::array<Vec3, 3> light_from_world_;
 };
 
