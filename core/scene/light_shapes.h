@@ -23,43 +23,53 @@ struct LightTriangle {
   float area;
 };
 
-// Solid angle of a triangle given unit directions to its corners (Van Oosterom and Strackee 1983, eq. 8).
-inline float SphericalTriangleArea(Vec3 a, Vec3 b, Vec3 c) {
-  return 2 * Atan2(std::fabs(Dot(a, Cross(b, c))), 1 + Dot(a, b) + Dot(b, c) + Dot(c, a));
-}
+// A triangle seen from a point: unit directions to its corners, and its solid angle (Van Oosterom and Strackee 1983,
+// eq. 8).
+struct SphericalTriangle {
+  Vec3 a, b, c;
+  float volume;  // a . (b x c)
+  float omega;
+};
 
 // By area where the triangle looks small from p, uniformly over its solid angle (Arvo 1995) where it looms large: there
-// area sampling has a density that varies by orders of magnitude. 0: by area; otherwise the solid angle.
-inline float LightTriangleSolidAngle(const LightTriangle& t, Vec3 p) {
+// area sampling has a density that varies by orders of magnitude. False: by area.
+inline bool LightTriangleLooms(const LightTriangle& t, Vec3 p, SphericalTriangle* s) {
   constexpr float kLooming = 0.03f, kSmallest = 3e-3f,
                   kLargest = 6.2f;  // outside these Arvo's angles lose their digits
   const Vec3 to_center = t.p0 + (t.e1 + t.e2) * (1 / 3.0f) - p;
-  if (!(t.area > kLooming * LengthSquared(to_center))) return 0;
+  if (!(t.area > kLooming * LengthSquared(to_center))) return false;
   const Vec3 a = t.p0 - p, b = a + t.e1, c = a + t.e2;
-  const float la = Length(a), lb = Length(b), lc = Length(c);
-  if (!(la > 0 && lb > 0 && lc > 0)) return 0;
-  const float omega = SphericalTriangleArea(a / la, b / lb, c / lc);
-  return omega > kSmallest && omega < kLargest ? omega : 0;
+  const float la = LengthSquared(a), lb = LengthSquared(b), lc = LengthSquared(c);
+  if (!(la > 0 && lb > 0 && lc > 0)) return false;
+  s->a = a * (1 / std::sqrt(la));
+  s->b = b * (1 / std::sqrt(lb));
+  s->c = c * (1 / std::sqrt(lc));
+  s->volume = Dot(s->a, Cross(s->b, s->c));
+  s->omega = 2 * Atan2(std::fabs(s->volume), 1 + Dot(s->a, s->b) + Dot(s->b, s->c) + Dot(s->c, s->a));
+  return s->omega > kSmallest && s->omega < kLargest;
 }
 
 // Density per solid angle at p of the point at `offset` = point - p.
 inline float LightTrianglePdf(const LightTriangle& t, Vec3 p, Vec3 offset) {
-  const float omega = LightTriangleSolidAngle(t, p);
-  if (omega > 0) return 1 / omega;
+  SphericalTriangle s;
+  if (LightTriangleLooms(t, p, &s)) return 1 / s.omega;
   const float d2 = LengthSquared(offset);
   return d2 * std::sqrt(d2) / (AbsDot(t.n, offset) * t.area);
 }
 
-inline std::optional<DirectionSample> SampleSphericalTriangle(const LightTriangle& t, Vec3 p, float omega, Vec2 u) {
-  const Vec3 a = Normalize(t.p0 - p), b = Normalize(t.p0 + t.e1 - p), c = Normalize(t.p0 + t.e2 - p);
+inline std::optional<DirectionSample> SampleSphericalTriangle(const LightTriangle& t, const SphericalTriangle& triangle,
+                                                              Vec3 p, Vec2 u) {
+  const Vec3 a = triangle.a, b = triangle.b, c = triangle.c;
   const Vec3 n_ab = Cross(a, b), n_ca = Cross(c, a);
-  const float scale = std::sqrt(LengthSquared(n_ab) * LengthSquared(n_ca));
-  if (!(scale > 0)) return {};
-  // The angle at a, and sine and cosine of (area to the left of the sample's arc - angle).
-  const float cos_alpha = std::clamp(-Dot(n_ab, n_ca) / scale, -1.0f, 1.0f);
-  const float sin_alpha = Length(Cross(n_ab, n_ca)) / scale;
-  const float alpha = Atan2(sin_alpha, cos_alpha);
-  const auto [s, k] = SinCos(u.x * omega - alpha);
+  const float scale2 = LengthSquared(n_ab) * LengthSquared(n_ca);
+  if (!(scale2 > 0)) return {};
+  // The angle at a: (a x b) x (c x a) = a (a . (b x c)) up to its sign.
+  const float inverse_scale = 1 / std::sqrt(scale2);
+  const float cos_alpha = std::clamp(-Dot(n_ab, n_ca) * inverse_scale, -1.0f, 1.0f);
+  const float sin_alpha = std::fabs(triangle.volume) * inverse_scale;
+  // Sine and cosine of (area to the left of the sample's arc - that angle).
+  const auto [sin_area, cos_area] = SinCos(u.x * triangle.omega);
+  const float s = sin_area * cos_alpha - cos_area * sin_alpha, k = cos_area * cos_alpha + sin_area * sin_alpha;
   const float v1 = k - cos_alpha, v2 = s + sin_alpha * Dot(a, b);
   const float denominator = (v2 * s + v1 * k) * sin_alpha;
   const float q = std::clamp(denominator != 0 ? ((v2 * k - v1 * s) * cos_alpha - v2) / denominator : 1.0f, -1.0f, 1.0f);
@@ -75,12 +85,12 @@ inline std::optional<DirectionSample> SampleSphericalTriangle(const LightTriangl
   const float cosine = Dot(t.n, wi);
   const float distance = Dot(t.n, t.p0 - p) / cosine;
   if (!(distance > 0) || !std::isfinite(distance)) return {};
-  return DirectionSample{wi, p + wi * distance, 1 / omega};
+  return DirectionSample{wi, p + wi * distance, 1 / triangle.omega};
 }
 
 inline std::optional<DirectionSample> SampleLightTriangle(const LightTriangle& t, Vec3 p, Vec2 u) {
-  const float omega = LightTriangleSolidAngle(t, p);
-  if (omega > 0) return SampleSphericalTriangle(t, p, omega, u);
+  SphericalTriangle triangle;
+  if (LightTriangleLooms(t, p, &triangle)) return SampleSphericalTriangle(t, triangle, p, u);
   const Vec2 b = SquareToTriangle(u);
   const Vec3 point = t.p0 + t.e1 * b.x + t.e2 * b.y, offset = point - p;
   const float d2 = LengthSquared(offset), d = std::sqrt(d2), cos_d = AbsDot(t.n, offset);

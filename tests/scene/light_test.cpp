@@ -173,7 +173,11 @@ TEST(TriangleLight, AWrongDensityIsRejected) {
 }
 
 TEST(TriangleLight, SolidAngleOfAnOctant) {
-  EXPECT_NEAR(SphericalTriangleArea({1, 0, 0}, {0, 1, 0}, {0, 0, 1}), kPi / 2, 1e-6);
+  SphericalTriangle octant;
+  ASSERT_TRUE(LightTriangleLooms(
+      {.p0 = {1, 0, 0}, .e1 = {-1, 1, 0}, .e2 = {-1, 0, 1}, .n = Normalize(Vec3{1, 1, 1}), .area = 0.866f}, {0, 0, 0},
+      &octant));
+  EXPECT_NEAR(octant.omega, kPi / 2, 1e-6);
 }
 
 TEST(SphereLight, OutsideInsideAndTiny) {
