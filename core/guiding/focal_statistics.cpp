@@ -1,0 +1,95 @@
+#include "core/guiding/focal_statistics.h"
+
+#include "core/base/check.h"
+#include "core/math/elementary.h"
+
+namespace lodestar {
+namespace {
+
+uint32_t NodesOf(const FocalField& field) {
+  uint32_t nodes = 0;
+  for (const FocalOctree& octree : field.octrees()) nodes += octree.node_count();
+  return nodes;
+}
+
+}  // namespace
+
+FocalStatistics::FocalStatistics(std::shared_ptr<const FocalField> field)
+    : field_(std::move(field)),
+      sums_(size_t{NodesOf(*field_)} * 8),
+      touched_((NodesOf(*field_) + 63) / 64),
+      fractions_(field_->options().learn_fraction ? field_->fractions().size() : 0) {}
+
+bool FocalStatistics::Gate(const FocalRecord& r) {
+  const auto usable = [](float value) { return value >= 0 && value < kInfinity; };
+  bool fits = usable(r.value) && r.distance > 0 && IsFinite(r.position) && IsFinite(r.direction);
+  if (field_->options().learn_fraction) fits &= usable(r.pdf) && r.pdf > 0 && usable(r.bsdf_pdf) && usable(r.guide_pdf);
+  ++(fits ? counts_.accepted : counts_.refused);
+  return fits;
+}
+
+void FocalStatistics::Collect(const FocalRecord& r) {
+  shares_.clear();
+  uint32_t offset = 0;
+  for (const FocalOctree& octree : field_->octrees()) {
+    const bool diverging = offset > 0;
+    // What a direction came from lies behind it, at any distance.
+    const float end = diverging ? kInfinity : r.distance / field_->longest_side();
+    octree.ForVoxels(field_->RayOf(r.position, diverging ? -r.direction : r.direction), end,
+                     [&](uint32_t slot, float t0, float t1, float density) {
+                       const float length = t1 - t0;
+                       shares_.push_back({offset + slot, length, density * (length * (t1 * (t1 + t0) + t0 * t0))});
+                     });
+    offset += octree.node_count() * 8;
+  }
+}
+
+void FocalStatistics::Record(const FocalRecord& r) {
+  if (!Gate(r)) return;
+  if (r.value == 0) return;
+  const float value = r.value * field_->radiance_scale();
+  const FocalOptions& options = field_->options();
+  if (options.learn_fraction) {
+    const float product = std::min(value * r.pdf, 3e38f);
+    fractions_[field_->CellAt(r.position)].Add(SdTreeOptions::BsdfFractionLoss::kKl, product, r.pdf, r.bsdf_pdf,
+                                               r.guide_pdf);
+  }
+  Collect(r);
+  bool by_weight = options.Narrows(field_->iteration());
+  if (by_weight) {
+    // Relative to the largest, so that the power cannot leave the range of a float.
+    float largest = 0;
+    for (const Share& share : shares_) largest = std::max(largest, share.weight);
+    by_weight = largest > 0;
+    if (by_weight && options.narrow_factor != 1) {
+      for (Share& share : shares_) share.weight = Pow(share.weight / largest, options.narrow_factor);
+    }
+  }
+  double total = 0;
+  for (const Share& share : shares_) total += by_weight ? share.weight : share.length;
+  if (!(total > 0)) {
+    ++counts_.missed;
+    return;
+  }
+  for (const Share& share : shares_) {
+    const double part = by_weight ? share.weight : share.length;
+    const float added = static_cast<float>(std::min(value * (part / total), 3e38));
+    Touch(share.slot);
+    counts_.saturated += !sums_[share.slot].Add(added);
+  }
+}
+
+void FocalStatistics::Merge(const FocalStatistics& other) {
+  LODESTAR_CHECK(field_->fingerprint() == other.field_->fingerprint());
+  counts_.accepted += other.counts_.accepted;
+  counts_.refused += other.counts_.refused;
+  counts_.missed += other.counts_.missed;
+  counts_.saturated += other.counts_.saturated;
+  for (size_t cell = 0; cell < fractions_.size(); ++cell) fractions_[cell].Merge(other.fractions_[cell]);
+  other.ForTouched([&](uint32_t node) {
+    Touch(node * 8);
+    for (size_t slot = size_t{node} * 8; slot < size_t{node} * 8 + 8; ++slot) sums_[slot].Merge(other.sums_[slot]);
+  });
+}
+
+}  // namespace lodestar

@@ -1,0 +1,211 @@
+#include "core/guiding/focal_advance.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/guiding/focal_testing.h"
+
+namespace lodestar {
+namespace {
+
+using focal_testing::RandomField;
+using focal_testing::Recorded;
+using focal_testing::Train;
+using focal_testing::Training;
+using test::Random;
+
+const Bounds3 kUnit{{0, 0, 0}, {1, 1, 1}};
+
+double LeafMass(const FocalOctree& octree, Vec3 p) {
+  for (uint32_t index = 0;;) {
+    int octant = 0;
+    const float cells = std::ldexp(1.0f, octree.node(index).level);
+    for (int axis = 0; axis < 3; ++axis) octant |= (static_cast<int>(p[axis] * cells) & 1) << axis;
+    if (((octree.node(index).inner >> octant) & 1) == 0) return octree.mass(index * 8 + static_cast<uint32_t>(octant));
+    index = octree.node(index).Child(octant);
+  }
+}
+
+float LargestLeaf(const FocalField& field) {
+  float largest = 0;
+  for (const FocalOctree& octree : field.octrees())
+    for (uint32_t slot = 0; slot < octree.node_count() * 8; ++slot)
+      if (((octree.node(slot / 8).inner >> (slot % 8)) & 1) == 0) largest = std::max(largest, octree.mass(slot));
+  return largest;
+}
+
+TEST(FocalAdvance, FindsTheLight) {
+  Training training;
+  const auto field = Train(training, 12);
+  const FocalOctree& octree = field->octrees()[0];
+  EXPECT_GE(octree.depth(), 7);
+  // From anywhere, most guided directions hit the ball, which subtends 1e-3 of the sphere or less.
+  Random random(1);
+  int hits = 0, by_chance = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 x = focal_testing::PointIn(kUnit, random);
+    hits += std::isfinite(focal_testing::BallDistance(x, field->Sample(x, random.Next2D()).w, training.light, 0.02f));
+    by_chance += std::isfinite(
+        focal_testing::BallDistance(x, focal_testing::UniformDirection(random), training.light, 0.02f));
+  }
+  EXPECT_GT(hits, 100 * by_chance);
+  EXPECT_GT(hits, 4000);
+}
+
+TEST(FocalAdvance, SplitsWhatIsHeavyAfterNarrowingIterationsOnly) {
+  Training training;
+  auto field = FocalField::Initial(kUnit, training.options);
+  for (uint32_t k = 0; k < 11; ++k) {
+    const auto next = Advance(*field, Recorded(field, training, k, 5000));
+    EXPECT_EQ(next->iteration(), k + 1);
+    if (k < 6) {
+      EXPECT_EQ(next->octrees()[0].node_count(), field->octrees()[0].node_count()) << k;
+    } else {
+      EXPECT_GT(next->octrees()[0].node_count(), field->octrees()[0].node_count()) << k;
+      EXPECT_LE(next->octrees()[0].depth(), field->octrees()[0].depth() + 1);
+    }
+    field = next;
+  }
+  EXPECT_EQ(field->octrees()[0].depth(), 8);
+}
+
+TEST(FocalAdvance, PruningKeepsTheMassAndCollapsesWhatIsEven) {
+  Training training;
+  training.options.prune_ratio = 0;
+  const auto unpruned = Train(training, 12);
+  training.options.prune_ratio = 2;
+  const auto pruned = Train(training, 12);
+  EXPECT_LT(pruned->octrees()[0].node_count(), unpruned->octrees()[0].node_count() / 2);
+  EXPECT_NEAR(pruned->mass(), 1, 1e-5);
+  // Where the light is the voxels are kept.
+  const Vec3 unit = pruned->ToUnit(training.light);
+  EXPECT_GT(LeafMass(pruned->octrees()[0], unit), 1e-3);
+  EXPECT_GE(pruned->octrees()[0].depth(), 7);
+  // No node is left whose leaves are all even.
+  const FocalOctree& octree = pruned->octrees()[0];
+  for (uint32_t i = 1; i < octree.node_count(); ++i) {
+    if (octree.node(i).inner != 0) continue;
+    float largest = 0, sum = 0;
+    for (uint32_t c = 0; c < 8; ++c) {
+      largest = std::max(largest, octree.mass(i * 8 + c));
+      sum += octree.mass(i * 8 + c);
+    }
+    EXPECT_GT(largest, 2 * sum / 8 * (1 - 1e-5f));
+  }
+}
+
+TEST(FocalAdvance, OldMassesDecay) {
+  Training training;
+  training.options.decay = 0.5f;
+  const auto first = Train(training, 1);
+  const FocalStatistics statistics = Recorded(first, training, 77, 5000);
+  const auto second = Advance(*first, statistics);
+  double recorded = 0;
+  for (uint32_t slot = 0; slot < statistics.slot_count(); ++slot) recorded += statistics.sum(slot).Value();
+  recorded /= first->radiance_scale();
+  EXPECT_NEAR(second->weight(), 0.5 * first->weight() + recorded, 1e-6 * second->weight());
+  const FocalOctree& a = first->octrees()[0];
+  const FocalOctree& b = second->octrees()[0];
+  for (uint32_t slot = 73 * 4; slot < 73 * 8; ++slot) {
+    if ((b.node(slot / 8).inner >> (slot % 8)) & 1) continue;
+    const double expected =
+        0.5 * first->weight() * a.mass(slot) + statistics.sum(slot).Value() / first->radiance_scale();
+    EXPECT_NEAR(b.mass(slot) * second->weight(), expected, 1e-5 * expected + 1e-9);
+  }
+}
+
+TEST(FocalAdvance, NodesAreBounded) {
+  Training training;
+  training.options.split_threshold = 1e-5f;
+  training.options.max_nodes = 40000;
+  training.options.start_depth = 5;
+  training.options.prune_ratio = 0;
+  training.ambient = 1;
+  const auto field = Train(training, 12);
+  EXPECT_LE(field->octrees()[0].node_count(), 40000u);
+  EXPECT_GT(field->octrees()[0].node_count(), 4681u);
+}
+
+TEST(FocalAdvance, DepthIsBounded) {
+  Training training;
+  training.options.narrowing_iterations = 20;
+  training.radius = 1e-6f;
+  training.ambient = 0;
+  // Every record leads to one point.
+  auto field = FocalField::Initial(kUnit, training.options);
+  Random random(4);
+  for (int k = 0; k < 25; ++k) {
+    FocalStatistics statistics(field);
+    for (int i = 0; i < 500; ++i) {
+      FocalRecord r;
+      r.position = focal_testing::PointIn(kUnit, random);
+      r.direction = Normalize(training.light - r.position);
+      r.distance = kInfinity;
+      r.value = 1;
+      statistics.Record(r);
+    }
+    field = Advance(*field, statistics);
+  }
+  EXPECT_EQ(field->octrees()[0].depth(), FocalOctree::kMaxDepth);
+  EXPECT_GT(LargestLeaf(*field), 0.02f);
+}
+
+TEST(FocalAdvance, ABlackSceneLearnsNothing) {
+  Training training;
+  training.emission = 0;
+  const auto field = Train(training, 12);
+  EXPECT_FALSE(field->HasLearned());
+  EXPECT_EQ(field->iteration(), 12u);
+  EXPECT_GT(field->Pdf({0.1f, 0.2f, 0.3f}, {0, 1, 0}), 0);
+}
+
+TEST(FocalAdvance, UnitsOfRadianceDoNotMatter) {
+  std::vector<float> found;
+  for (const float emission : {0x1p-40f, 1.0f, 0x1p40f}) {
+    Training training;
+    training.emission = emission;
+    training.records = 5000;
+    const auto field = Train(training, 12);
+    ASSERT_TRUE(field->HasLearned());
+    found.push_back(field->Pdf({0.9f, 0.1f, 0.1f}, Normalize(training.light - Vec3{0.9f, 0.1f, 0.1f})));
+  }
+  EXPECT_GT(found[1], 10);
+  EXPECT_NEAR(found[0] / found[1], 1, 0.05);
+  EXPECT_NEAR(found[2] / found[1], 1, 0.05);
+}
+
+TEST(FocalAdvance, LearnsTheShareOfBsdfSampling) {
+  Training training;
+  training.options.learn_fraction = true;
+  const auto field = Train(training, 12);
+  // The light is all there is: what leads to it is worth more than the uniform directions.
+  float mean = 0;
+  for (const float fraction : field->fractions()) mean += fraction / static_cast<float>(field->fractions().size());
+  EXPECT_LT(mean, 0.4f);
+}
+
+TEST(FocalAdvance, ADivergingOctreeFindsWhereDirectionsComeFrom) {
+  Training training;
+  training.options.diverging = true;
+  auto field = FocalField::Initial(kUnit, training.options);
+  const Vec3 focus{0.1f, 0.2f, 0.3f};
+  Random random(5);
+  for (int k = 0; k < 12; ++k) {
+    FocalStatistics statistics(field);
+    for (int i = 0; i < 3000; ++i) {
+      FocalRecord r;
+      r.position = Lerp(0.3f + 0.7f * random.Next1D(), focus, focal_testing::PointIn({{0.5f, 0.5f, 0.5f}, {1, 1, 1}}, random));
+      r.direction = Normalize(r.position - focus);
+      r.distance = focal_testing::WallDistance(r.position, r.direction, kUnit);
+      r.value = 1;
+      statistics.Record(r);
+    }
+    field = Advance(*field, statistics);
+  }
+  EXPECT_GT(field->octrees()[1].mass(), 0.9 * field->mass());
+  EXPECT_GT(LeafMass(field->octrees()[1], field->ToUnit(focus)), 1e-2);
+  const Vec3 x{0.7f, 0.8f, 0.9f};
+  EXPECT_GT(field->Pdf(x, Normalize(x - focus)), 10);
+}
+
+}  // namespace
+}  // namespace lodestar
