@@ -118,8 +118,7 @@ std::shared_ptr<const FocalField> Advance(const FocalField& field, const FocalSt
   parts.iteration = field.iteration() + 1;
   parts.radiance_scale = NextScale(field, statistics, recorded);
   for (uint32_t cell = 0; options.learn_fraction && cell < parts.fractions.size(); ++cell) {
-    parts.fractions[cell] =
-        SolveBsdfFraction(statistics.fraction(cell), parts.fractions[cell], kFractionPriorRecords);
+    parts.fractions[cell] = SolveBsdfFraction(statistics.fraction(cell), parts.fractions[cell], kFractionPriorRecords);
   }
 
   // Blend.

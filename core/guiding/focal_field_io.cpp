@@ -75,7 +75,8 @@ std::shared_ptr<const FocalField> FocalField::Parse(std::string_view bytes) {
   if ((scale_bits & 0x807fffff) != 0 || scale_bits == 0 || !std::isfinite(parts.radiance_scale))
     in.Fail("has an invalid radiance scale");
   parts.weight = in.Get<double>();
-  if (!(parts.weight >= 0) || std::signbit(parts.weight) || !std::isfinite(parts.weight)) in.Fail("has an invalid weight");
+  if (!(parts.weight >= 0) || std::signbit(parts.weight) || !std::isfinite(parts.weight))
+    in.Fail("has an invalid weight");
 
   double mass = 0;
   for (int i = 0; i < (parts.options.diverging ? 2 : 1); ++i) {

@@ -75,8 +75,7 @@ bool FocalOctree::Crosses(const FocalRay& ray, const Voxel& voxel) const {
   // As Walk() has it.
   const __m128 lower = _mm_setr_ps(voxel.lower.x, voxel.lower.y, voxel.lower.z, 0);
   const __m128 a = _mm_mul_ps(_mm_sub_ps(lower, ray.origin_), ray.inverse_);
-  const __m128 b =
-      _mm_mul_ps(_mm_sub_ps(_mm_add_ps(lower, _mm_set1_ps(voxel.size)), ray.origin_), ray.inverse_);
+  const __m128 b = _mm_mul_ps(_mm_sub_ps(_mm_add_ps(lower, _mm_set1_ps(voxel.size)), ray.origin_), ray.inverse_);
   alignas(16) float near[4], far[4];
   _mm_store_ps(near, _mm_min_ps(a, b));
   _mm_store_ps(far, _mm_max_ps(a, b));

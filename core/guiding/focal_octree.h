@@ -5,9 +5,9 @@
 // first, so that the masks of which octants are nodes say everything about the shape. The root is always a node.
 //
 // All of a ray's voxels are found by one loop over nodes, eight octants at a time: three planes along each axis give
-// the parameters at which the ray enters and leaves every octant, as two vectors of eight floats. A plane's parameter is
-// computed alike wherever it is met, so a ray's intervals tile it exactly: no gap, no overlap. The order in which voxels
-// are met does not matter to a sum, so nothing is sorted (Sadek 2025, 3.3.2) and no branch depends on it.
+// the parameters at which the ray enters and leaves every octant, as two vectors of eight floats. A plane's parameter
+// is computed alike wherever it is met, so a ray's intervals tile it exactly: no gap, no overlap. The order in which
+// voxels are met does not matter to a sum, so nothing is sorted (Sadek 2025, 3.3.2) and no branch depends on it.
 #pragma once
 
 #include <immintrin.h>

@@ -2,8 +2,8 @@
 // (docs/decisions/0002-exact-sums.md), so any partition of the records over threads, workers and merges gives the same
 // bits.
 //
-// Not thread-safe: one per thread, merged afterwards. Memory is address space of 128 bytes a node, of which only touched
-// pages are backed.
+// Not thread-safe: one per thread, merged afterwards. Memory is address space of 128 bytes a node, of which only
+// touched pages are backed.
 #pragma once
 
 #include <span>
@@ -17,11 +17,11 @@ namespace lodestar {
 // One segment of a path, whose direction was sampled at a vertex with smooth lobes, once the light along it is known.
 struct FocalRecord {
   Vec3 position;
-  Vec3 direction;         // of unit length
-  float distance = 0;     // to the hit, in the space of the positions; infinity: to the box's edge
-  float value = 0;        // l / p: luminance that the path brings to its pixel through this segment
-  float pdf = 0;          // of the mixture that sampled the direction, and of its two techniques; read where the
-  float bsdf_pdf = 0;     // fraction is learned
+  Vec3 direction;      // of unit length
+  float distance = 0;  // to the hit, in the space of the positions; infinity: to the box's edge
+  float value = 0;     // l / p: luminance that the path brings to its pixel through this segment
+  float pdf = 0;       // of the mixture that sampled the direction, and of its two techniques; read where the
+  float bsdf_pdf = 0;  // fraction is learned
   float guide_pdf = 0;
 };
 

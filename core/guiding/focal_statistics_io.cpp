@@ -14,7 +14,9 @@ struct Halves {
   int64_t high;
 };
 
-Halves Split(__int128 value) { return {static_cast<uint64_t>(value), static_cast<int64_t>(value >> 64)}; }
+Halves Split(__int128 value) {
+  return {static_cast<uint64_t>(value), static_cast<int64_t>(value >> 64)};
+}
 
 __int128 Join(Halves halves) {
   return static_cast<__int128>((static_cast<unsigned __int128>(static_cast<uint64_t>(halves.high)) << 64) | halves.low);
@@ -112,7 +114,8 @@ FocalStatistics FocalStatistics::Parse(std::shared_ptr<const FocalField> field, 
   const auto high = in.GetVector<int64_t>();
   if (low.size() != slots.size() || high.size() != slots.size()) in.Fail("have arrays of different lengths");
   for (size_t i = 0; i < slots.size(); ++i) {
-    if (slots[i] >= slot_count || (i > 0 && slots[i] <= slots[i - 1])) in.Fail("name a voxel that the field does not have");
+    if (slots[i] >= slot_count || (i > 0 && slots[i] <= slots[i - 1]))
+      in.Fail("name a voxel that the field does not have");
     statistics.Touch(slots[i]);
     statistics.sums_[slots[i]] = CheckedSum(in, {low[i], high[i]});
     if (statistics.sums_[slots[i]].zero()) in.Fail("have an empty sum");

@@ -1,6 +1,7 @@
 #include "core/learning/method.h"
 
 #include "core/base/error.h"
+#include "core/learning/focal_guiding.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
 
@@ -20,6 +21,10 @@ const std::vector<Registered>& Registry() {
       {SdTreeMethod::Entry(),
        [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
          return std::make_unique<SdTreeMethod>(job, survey);
+       }},
+      {FocalMethod::Entry(),
+       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
+         return std::make_unique<FocalMethod>(job, survey);
        }},
   };
   return kRegistry;

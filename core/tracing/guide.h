@@ -26,6 +26,8 @@ struct PathVertex {
   Rgb beta{};    // throughput of the path up to this vertex
   float roulette = 1;  // what survival multiplied the rest of the path by; 0: the path was ended here
   float direct = 0;    // luminance of the direct light in `local`
+  float distance = 0;  // from the vertex before to here, infinite where the path left the scene; 0: an interface that it went through
+  float alpha = 1;     // GGX alpha of the lobe that the BSDF drew wi from: 0 a delta, 1 diffuse or not drawn by the BSDF
   Vec3 p{}, wi{};
   float pdf = 0, bsdf_pdf = 0, guide_pdf = 0, product = 0;  // product: lum(f cos)
   uint32_t leaf = 0;      // Local::leaf of a guide that has leaves

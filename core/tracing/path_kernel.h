@@ -108,6 +108,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
   float previous_pdf = 0;  // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
   float previous_nee = 1;  // the share of light samples at the vertex it came from
   Vec3 previous_p;
+  float travelled = 0;  // since the last vertex, through interfaces
   if constexpr (kRecording) vertices->clear();
   ++counters->paths;
 
@@ -120,7 +121,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
         Rgb emitted = environment.radiance;
         if (previous_pdf > 0 && settings_.next_event) emitted *= previous_pdf / (previous_pdf + previous_nee * environment.pdf);
         radiance += beta * emitted;
-        if constexpr (kRecording) vertices->push_back({.local = emitted, .weight = Rgb(0)});
+        if constexpr (kRecording) vertices->push_back({.local = emitted, .weight = Rgb(0), .distance = kInfinity});
       }
       break;
     }
@@ -142,12 +143,14 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
       radiance += beta * local;
       if constexpr (kRecording) vertices->push_back({.local = local, .weight = Rgb(1)});
       if (++passed > 1000) break;
+      travelled += hit.t;
       ray.origin = Scene::OffsetOrigin(si, ray.direction);
       continue;
     }
+    travelled += hit.t;
     if (depth == settings_.max_depth) {
       radiance += beta * local;
-      if constexpr (kRecording) vertices->push_back({.local = local, .weight = Rgb(0)});
+      if constexpr (kRecording) vertices->push_back({.local = local, .weight = Rgb(0), .distance = travelled});
       break;
     }
 
@@ -163,7 +166,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
     // The next direction.
     Rgb weight;
     Vec3 wi;
-    float pdf = 0, bsdf_pdf = 0, guide_pdf = 0, eta = 1;
+    float pdf = 0, bsdf_pdf = 0, guide_pdf = 0, eta = 1, alpha = 1;
     bool delta = false;
     if (!kGuided || u_choice.x < at.bsdf_fraction) {
       const float u_lobe = kGuided ? std::min(u_choice.x / at.bsdf_fraction, kOneMinusEpsilon) : u_choice.x;
@@ -171,6 +174,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
         wi = si.shading.ToWorld(sample->wi);
         delta = sample->delta;
         eta = sample->eta;
+        alpha = sample->alpha;
         bsdf_pdf = sample->pdf;
         weight = sample->weight;
         pdf = bsdf_pdf;
@@ -207,6 +211,8 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
                            .weight = weight,
                            .beta = beta,
                            .direct = Luminance(direct),
+                           .distance = travelled,
+                           .alpha = alpha,
                            .p = si.p,
                            .wi = wi,
                            .pdf = pdf,
@@ -248,6 +254,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
     previous_pdf = delta ? 0 : pdf;
     previous_nee = at.nee_probability;
     previous_p = si.p;
+    travelled = 0;
     ray = {Scene::OffsetOrigin(si, wi), wi, kInfinity};
   }
   return radiance;

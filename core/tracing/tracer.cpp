@@ -3,14 +3,17 @@
 #include <algorithm>
 #include <string>
 
+#include "core/learning/focal_guiding.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
+#include "core/tracing/focal_guide.h"
 #include "core/tracing/path_tracer.h"
 #include "core/tracing/sd_tree_guide.h"
 
 namespace lodestar {
 
 extern template class PathTracer<NoGuide>;
+extern template class PathTracer<FocalGuide>;
 extern template class PathTracer<SdTreeGuide>;
 
 CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job) {
@@ -44,6 +47,12 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
     LODESTAR_CHECK(tree_state);
     settings.next_event = UsesNee(guided->options().nee, tree_state->tree().iteration()) && scene->has_lights();
     return std::make_unique<PathTracer<SdTreeGuide>>(std::move(scene), job.seed, settings, SdTreeGuide(std::move(tree_state)));
+  }
+  if (const auto* focal = dynamic_cast<const FocalMethod*>(&method)) {
+    auto focal_state = std::dynamic_pointer_cast<const FocalState>(std::move(state));
+    LODESTAR_CHECK(focal_state);
+    settings.next_event = focal->options().nee == NeeMode::kAlways && scene->has_lights();
+    return std::make_unique<PathTracer<FocalGuide>>(std::move(scene), job.seed, settings, FocalGuide(std::move(focal_state)));
   }
   throw Error(ErrorKind::kUnsupported, "method '" + std::string(method.name()) + "' has no tracing half in this build");
 }

@@ -44,8 +44,8 @@ TEST(FocalAdvance, FindsTheLight) {
   for (int i = 0; i < 20000; ++i) {
     const Vec3 x = focal_testing::PointIn(kUnit, random);
     hits += std::isfinite(focal_testing::BallDistance(x, field->Sample(x, random.Next2D()).w, training.light, 0.02f));
-    by_chance += std::isfinite(
-        focal_testing::BallDistance(x, focal_testing::UniformDirection(random), training.light, 0.02f));
+    by_chance +=
+        std::isfinite(focal_testing::BallDistance(x, focal_testing::UniformDirection(random), training.light, 0.02f));
   }
   EXPECT_GT(hits, 100 * by_chance);
   EXPECT_GT(hits, 4000);
@@ -193,7 +193,8 @@ TEST(FocalAdvance, ADivergingOctreeFindsWhereDirectionsComeFrom) {
     FocalStatistics statistics(field);
     for (int i = 0; i < 3000; ++i) {
       FocalRecord r;
-      r.position = Lerp(0.3f + 0.7f * random.Next1D(), focus, focal_testing::PointIn({{0.5f, 0.5f, 0.5f}, {1, 1, 1}}, random));
+      r.position =
+          Lerp(0.3f + 0.7f * random.Next1D(), focus, focal_testing::PointIn({{0.5f, 0.5f, 0.5f}, {1, 1, 1}}, random));
       r.direction = Normalize(r.position - focus);
       r.distance = focal_testing::WallDistance(r.position, r.direction, kUnit);
       r.value = 1;

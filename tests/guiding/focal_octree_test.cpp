@@ -141,9 +141,9 @@ TEST(FocalOctree, BrokenShapesAreRefused) {
   EXPECT_TRUE(made({0}, eight));
   EXPECT_TRUE(made({4, 0}, fifteen));
   EXPECT_FALSE(made({}, {}));
-  EXPECT_FALSE(made({0}, fifteen));       // more masses than leaves
-  EXPECT_FALSE(made({0, 0}, fifteen));    // a node that no octant leads to
-  EXPECT_FALSE(made({4}, eight));         // an octant that leads nowhere
+  EXPECT_FALSE(made({0}, fifteen));     // more masses than leaves
+  EXPECT_FALSE(made({0, 0}, fifteen));  // a node that no octant leads to
+  EXPECT_FALSE(made({4}, eight));       // an octant that leads nowhere
   std::vector<uint8_t> chain(FocalOctree::kMaxDepth, 1);
   chain.back() = 0;
   std::vector<float> masses(7 * chain.size() + 1, 0.01f);

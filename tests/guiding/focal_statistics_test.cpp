@@ -59,15 +59,15 @@ TEST(FocalStatistics, NarrowingSharesByWhatVoxelsContributeToTheDensity) {
     EXPECT_NEAR(Total(statistics), 2, 1e-5);
     std::vector<std::pair<uint32_t, double>> expected;
     double total = 0;
-    field->octrees()[0].ForVoxels(
-        field->RayOf(record.position, record.direction), kInfinity, [&](uint32_t slot, float t0, float t1, float) {
-          // a_v p_v with p_v = (t1^3 - t0^3) / (3 |V_v|), ALGORITHMS section 5.
-          int level = field->octrees()[0].node(slot / 8).level;
-          const double volume = std::ldexp(1.0, -3 * level), d0 = t0, d1 = t1;
-          const double p = (d1 * d1 * d1 - d0 * d0 * d0) / (3 * volume);
-          expected.push_back({slot, std::pow(field->octrees()[0].mass(slot) * p, factor)});
-          total += expected.back().second;
-        });
+    field->octrees()[0].ForVoxels(field->RayOf(record.position, record.direction), kInfinity,
+                                  [&](uint32_t slot, float t0, float t1, float) {
+                                    // a_v p_v with p_v = (t1^3 - t0^3) / (3 |V_v|), ALGORITHMS section 5.
+                                    int level = field->octrees()[0].node(slot / 8).level;
+                                    const double volume = std::ldexp(1.0, -3 * level), d0 = t0, d1 = t1;
+                                    const double p = (d1 * d1 * d1 - d0 * d0 * d0) / (3 * volume);
+                                    expected.push_back({slot, std::pow(field->octrees()[0].mass(slot) * p, factor)});
+                                    total += expected.back().second;
+                                  });
     for (const auto& [slot, weight] : expected)
       EXPECT_NEAR(statistics.sum(slot).Value(), 2 * weight / total, 1e-5) << factor;
   }

@@ -44,8 +44,8 @@ inline float WallDistance(Vec3 x, Vec3 w, const Bounds3& box) {
 struct Training {
   FocalOptions options;
   Bounds3 box{{0, 0, 0}, {1, 1, 1}};
-  Vec3 light{0.3f, 0.7f, 0.6f};  // in the box's coordinates
-  float radius = 0.02f;          // in the box's longest sides
+  Vec3 light{0.3f, 0.7f, 0.6f};         // in the box's coordinates
+  float radius = 0.02f;                 // in the box's longest sides
   float emission = 1, ambient = 1e-4f;  // the ball's and the walls' radiance
   uint64_t seed = 1;
   int records = 20000;  // an iteration
@@ -102,8 +102,8 @@ inline std::shared_ptr<const FocalField> RandomField(const Bounds3& box, int dep
       uint8_t inner = 0;
       const bool forced = deepest && (i == 0 || levels[i - 1] < level);
       for (int c = 0; c < 8; ++c) {
-        const bool split = level < depth && ((forced && c == static_cast<int>(seed % 8)) ||
-                                             random.Next1D() < (level < 3 ? 0.7f : 0.1f));
+        const bool split = level < depth &&
+                           ((forced && c == static_cast<int>(seed % 8)) || random.Next1D() < (level < 3 ? 0.7f : 0.1f));
         if (split) {
           inner |= static_cast<uint8_t>(1 << c);
           levels.push_back(level + 1);
