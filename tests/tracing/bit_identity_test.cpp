@@ -13,9 +13,9 @@
 namespace lodestar {
 namespace {
 
-JobSpec GuidedJob() {
+JobSpec GuidedJob(const std::string& method = "sdtree") {
   JobSpec job;
-  job.method = "sdtree";
+  job.method = method;
   job.budget.spp = 15;
   job.seed = 7;
   return job;
@@ -43,12 +43,14 @@ void ExpectSameImage(const Image& a, const Image& b) {
 }
 
 TEST(BitIdentityTest, ThreadsDoNotShow) {
-  for (const std::string& text : {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text}) {
-    const test::Rendered one = test::RenderText(text, GuidedJob(), 1);
-    for (const int threads : {2, 5}) {
-      const test::Rendered many = test::RenderText(text, GuidedJob(), threads);
-      ExpectSameImage(one.image, many.image);
-      EXPECT_EQ(one.state, many.state);
+  for (const std::string method : {"sdtree", "focal"}) {
+    for (const std::string& text : {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text}) {
+      const test::Rendered one = test::RenderText(text, GuidedJob(method), 1);
+      for (const int threads : {2, 5}) {
+        const test::Rendered many = test::RenderText(text, GuidedJob(method), threads);
+        ExpectSameImage(one.image, many.image);
+        EXPECT_TRUE(one.state == many.state) << method;
+      }
     }
   }
 }
@@ -94,16 +96,18 @@ class ShuffledExecutor final : public Executor {
 };
 
 TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
-  const JobSpec job = GuidedJob();
-  const CompiledJob compiled = CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job);
-  const test::Rendered plain = test::Render(compiled, job);
-  for (uint32_t seed = 1; seed <= 4; ++seed) {
-    Loop loop(job, compiled.survey);
-    ShuffledExecutor executor(compiled, job, loop.method(), seed);
-    const StopToken stop;
-    loop.Run(executor, stop, {});
-    ExpectSameImage(plain.image, loop.Develop());
-    EXPECT_EQ(plain.state, loop.state()->Serialize());
+  for (const std::string method : {"sdtree", "focal"}) {
+    const JobSpec job = GuidedJob(method);
+    const CompiledJob compiled = CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job);
+    const test::Rendered plain = test::Render(compiled, job);
+    for (uint32_t seed = 1; seed <= 4; ++seed) {
+      Loop loop(job, compiled.survey);
+      ShuffledExecutor executor(compiled, job, loop.method(), seed);
+      const StopToken stop;
+      loop.Run(executor, stop, {});
+      ExpectSameImage(plain.image, loop.Develop());
+      EXPECT_TRUE(plain.state == loop.state()->Serialize()) << method;
+    }
   }
 }
 

@@ -61,7 +61,7 @@ Shape "trianglemesh" "point3 P" [)" +
 }
 
 TEST(ExtremesTest, EmissionFrom1e12thTo1e12) {
-  for (const std::string& method : {std::string("path"), std::string("sdtree")}) {
+  for (const std::string method : {"path", "sdtree", "focal"}) {
     const double unit = Mean(test::RenderText(ScaledRoom(1, 0, 1), Job(method)).image);
     ASSERT_GT(unit, 0);
     for (const double emission : {1e-12, 1e-6, 1e6, 1e12}) {
@@ -73,7 +73,7 @@ TEST(ExtremesTest, EmissionFrom1e12thTo1e12) {
 }
 
 TEST(ExtremesTest, SceneExtentsFrom1e4thTo1e7AndFarFromTheOrigin) {
-  for (const std::string& method : {std::string("path"), std::string("sdtree")}) {
+  for (const std::string method : {"path", "sdtree", "focal"}) {
     const double unit = Mean(test::RenderText(ScaledRoom(1, 0, 1), Job(method)).image);
     for (const double scale : {1e-4, 1e-2, 1e3, 1e7}) {
       const test::Rendered rendered = test::RenderText(ScaledRoom(scale, 0, 1), Job(method));
@@ -102,14 +102,14 @@ Translate 0 )" + Number(distance) +
 AreaLightSource "diffuse" "rgb L" [1e7 1e7 1e7]
 Shape "sphere" "float radius" [)" +
                            Number(radius) + "]\n";
-  for (const std::string& method : {std::string("path"), std::string("sdtree")}) {
+  for (const std::string method : {"path", "sdtree", "focal"}) {
     const Image image = test::RenderText(text, Job(method)).image;
     EXPECT_NEAR(Mean(image), 0.5 / M_PI * 1e7 * solid_angle, 1e-3 * 0.5 / M_PI) << method;
   }
 }
 
 TEST(ExtremesTest, BlackSceneOneSampleOnePixel) {
-  for (const std::string& method : {std::string("path"), std::string("sdtree")}) {
+  for (const std::string method : {"path", "sdtree", "focal"}) {
     const test::Rendered black = test::RenderText(test::Room(""), Job(method, 7));
     EXPECT_EQ(Mean(black.image), 0);
     EXPECT_EQ(black.report.health.total(), 0u);
@@ -132,8 +132,9 @@ TEST(ExtremesTest, RoughnessIndexAndAlbedoAtTheirEnds) {
         R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" [0])",
         R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" [1e-4] "bool remaproughness" [false])",
         R"("coatedconductor")"}) {
-    const test::Rendered rendered =
-        test::RenderText(test::Room(std::string(R"(AreaLightSource "diffuse" "rgb L" [5 5 5] "bool twosided" [true]
+    for (const char* method : {"sdtree", "focal"}) {
+      const test::Rendered rendered =
+          test::RenderText(test::Room(std::string(R"(AreaLightSource "diffuse" "rgb L" [5 5 5] "bool twosided" [true]
 Shape "disk" "float radius" [0.3]
 AttributeBegin
 Translate 0.4 -0.5 -0.3
@@ -141,11 +142,12 @@ Material )") + material + R"(
 Shape "sphere" "float radius" [0.4]
 AttributeEnd
 )",
-                                    std::string("Material ") + material),
-                         Job("sdtree", 15));
-    EXPECT_TRUE(AllFinite(rendered.image)) << material;
-    EXPECT_EQ(rendered.report.health.counts[static_cast<int>(HealthEvent::kNan)], 0u) << material;
-    EXPECT_EQ(rendered.report.health.counts[static_cast<int>(HealthEvent::kInfinite)], 0u) << material;
+                                      std::string("Material ") + material),
+                           Job(method, 15));
+      EXPECT_TRUE(AllFinite(rendered.image)) << material;
+      EXPECT_EQ(rendered.report.health.counts[static_cast<int>(HealthEvent::kNan)], 0u) << material;
+      EXPECT_EQ(rendered.report.health.counts[static_cast<int>(HealthEvent::kInfinite)], 0u) << material;
+    }
   }
 }
 
