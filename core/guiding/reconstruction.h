@@ -46,7 +46,10 @@ inline constexpr int kMaxDenseDepth = 12;  // two matrices of 64 MiB
 // Where they do not all fit, the shallowest are taken first, which serves the most trees; ties in order.
 std::vector<uint8_t> WithinWorkload(std::span<const int> depths, int iteration);
 
-// Ours. Without halves the tree is only rebuilt.
+// Ours, the recommended one: works on the quadtree, without matrices and without a setting. Each node's shares are
+// shrunk towards what the squares around it predict, across phi = 0 and the poles, by as much as the two halves of the
+// records say that they are noise. Without halves, and where noise is too small for smoothing to gain, the tree is only
+// rebuilt. No density falls below 0.37 of the unsmoothed one, before the flux threshold and the nodes' integers.
 Tree ReconstructNative(const CellMasses& masses, double flux_threshold, int max_depth);
 
 }  // namespace lodestar::directional

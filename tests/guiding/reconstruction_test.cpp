@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tests/guiding/synthetic.h"
+#include "tests/guiding/recorded_tree.h"
 
 namespace lodestar {
 namespace {
@@ -72,37 +72,13 @@ std::vector<double> NaiveDense(const CellMasses& masses, int tree_depth, double 
   return result;
 }
 
-// Trees as a renderer's would be after `rounds` of `count` records with heavy-tailed weights.
-struct Trained {
-  directional::Tree tree;
-  CellMasses masses;
-};
-Trained TrainLobes(int rounds, int count, int max_depth, uint64_t seed = 3) {
-  Trained t;
-  t.tree = {{DirectionalNode{}}, 1};
-  uint64_t rng = seed;
-  for (int round = 0; round < rounds; ++round) {
-    if (round > 0)
-      t.tree = directional::Rebuild(t.tree.nodes.data(), t.masses.node_count, t.masses.total, 0.01, max_depth);
-    t.masses = {t.tree.nodes.data(), static_cast<uint32_t>(t.tree.nodes.size()), {}, {}};
-    t.masses.total.assign(t.tree.nodes.size() * 4, 0.0);
-    t.masses.halves.fill(t.masses.total);
-    for (int i = 0; i < count; ++i) {
-      Vec3 w = SquareToSphere(synthetic::Unit2(rng));
-      if (i % 2) w = CylindricalToDirection(directional::Sample(t.tree.nodes.data(), synthetic::Unit2(rng)).square);
-      const directional::Cell cell = directional::Locate(t.tree.nodes.data(), DirectionToCylindrical(w));
-      const double value =
-          synthetic::MovingLobes({0.3f, 0.6f, 0.2f}, w) / (0.5 * kUniformSpherePdf + 0.5 * cell.density);
-      t.masses.total[cell.slot] += value;
-      t.masses.halves[(i >> 1) & 1][cell.slot] += value;
-    }
-  }
-  return t;
-}
-
 TEST(DenseReconstruction, FollowsTheDocument) {
   for (const int max_depth : {6, 7, 8}) {
-    const Trained t = TrainLobes(5, 4000, max_depth);
+    const synthetic::RecordedTree t = synthetic::Record({.radiance =
+                                                             [](Vec3 w) {
+                                                               return synthetic::MovingLobes({0.3f, 0.6f, 0.2f}, w);
+                                                             },
+                                                         .max_depth = max_depth});
     ASSERT_EQ(t.tree.depth, max_depth);
     const std::vector<double> expected = NaiveDense(t.masses, t.tree.depth, 0.7);
     double total = 0;
