@@ -62,7 +62,7 @@ double TraceAll(const SceneT& view, const Scene& scene, int passes, PathCounters
           Sampler sampler(1, x, y, static_cast<uint32_t>(pass));
           const Vec2 u = sampler.Next2D();
           sum += Luminance(
-              kernel.Trace(scene.camera().Generate({static_cast<float>(x) + u.x, static_cast<float>(y) + u.y}, {}),
+              kernel.Trace(scene.camera().Generate({static_cast<float>(x) + u.x, static_cast<float>(y) + u.y}, {}), 0,
                            sampler, counters, nullptr));
         }
   }

@@ -38,6 +38,14 @@ std::shared_ptr<const SdTree> SdTree::Initial(const Bounds3& bounds, const SdTre
   return std::make_shared<const SdTree>(std::move(parts));
 }
 
+SdTreeOptions::Target SdTree::target() const {
+  using Target = SdTreeOptions::Target;
+  constexpr uint32_t kFirstFull = 4;  // 16 passes, after 15
+  if (options_.target == Target::kSwitching) return iteration_ < kFirstFull ? Target::kSimple : Target::kFull;
+  if (options_.target == Target::kFull && iteration_ == 0) return Target::kSimple;
+  return options_.target;
+}
+
 SdTree::SdTree(SdTreeParts parts)
     : options_(parts.options),
       iteration_(parts.iteration),
@@ -59,6 +67,7 @@ SdTree::SdTree(SdTreeParts parts)
   for (const SdTreeLeaf& leaf : leaves_) {
     LODESTAR_CHECK(uint64_t{leaf.first_node} + leaf.node_count <= nodes_.size());
     hash = Mix64(hash ^ ((uint64_t{leaf.node_count} << 32) | std::bit_cast<uint32_t>(leaf.bsdf_fraction)));
+    hash = Mix64(hash ^ std::bit_cast<uint32_t>(leaf.nee_probability));
     hash = Mix64(hash ^
                  ((uint64_t{std::bit_cast<uint32_t>(leaf.records)} << 32) | std::bit_cast<uint32_t>(leaf.mean_flux)) ^
                  leaf.learned);

@@ -26,6 +26,7 @@ struct SdTreeLeaf {
   float bsdf_fraction = 0.5f;
   float records = 0;    // records of the last iteration (halved by splits)
   float mean_flux = 0;  // their mean of radiance / pdf: an estimate of the incident radiance's integral over the sphere
+  float nee_probability = 1;  // share of vertices that sample a light
   uint8_t learned = 0;  // 0: the D-tree is uniform for want of records
   uint8_t depth = 1;    // of the D-tree
 };
@@ -74,6 +75,8 @@ class SdTree {
 
   const SdTreeOptions& options() const { return options_; }
   uint32_t iteration() const { return iteration_; }
+  // What this iteration records; a full target needs a pixel estimate, which the first iteration has not.
+  SdTreeOptions::Target target() const;
   float radiance_scale() const { return radiance_scale_; }
   uint32_t leaf_count() const { return spatial_.leaf_count(); }
   uint32_t node_count() const { return static_cast<uint32_t>(nodes_.size()); }

@@ -1,6 +1,9 @@
 #include "core/guiding/sd_tree_advance.h"
 
+#include <tbb/parallel_for.h>
+
 #include "core/base/check.h"
+#include "core/guiding/reconstruction.h"
 
 namespace lodestar {
 namespace {
@@ -19,7 +22,52 @@ directional::Tree Copy(const SdTree& tree, uint32_t leaf) {
   return {{nodes, nodes + tree.leaf(leaf).node_count}, tree.leaf(leaf).depth};
 }
 
-RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf, double flux_threshold,
+// A cell's mass from the sum recorded in it. A second moment over a cell of a given share of the sphere is a density's square times that share
+// (Rath et al. 2020, section 5): the mass is the root of their product.
+double Mass(SdTreeOptions::Target target, double sum, int depth) {
+  return target == SdTreeOptions::Target::kRadiance ? sum : std::sqrt(std::ldexp(sum, -2 * depth));
+}
+
+directional::CellMasses Masses(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf) {
+  const DirectionalNode* const nodes = tree.Tree(leaf);
+  const uint32_t node_count = tree.leaf(leaf).node_count, halves = statistics.halves();
+  const std::span<const ExactSum> sums = statistics.slots(leaf);
+  // Parents come before their children.
+  std::vector<uint8_t> depths(node_count, 1);
+  for (uint32_t node = 0; node < node_count; ++node) {
+    for (const uint16_t child : nodes[node].child) {
+      if (child != 0) depths[child] = static_cast<uint8_t>(depths[node] + 1);
+    }
+  }
+  directional::CellMasses masses;
+  masses.nodes = nodes;
+  masses.node_count = node_count;
+  masses.total.resize(size_t{node_count} * 4);
+  if (halves == 2) masses.halves = {masses.total, masses.total};
+  for (size_t slot = 0; slot < masses.total.size(); ++slot) {
+    const int depth = depths[slot / 4];
+    ExactSum total;
+    for (uint32_t half = 0; half < halves; ++half) {
+      const ExactSum& sum = sums[slot * halves + half];
+      total.Merge(sum);
+      if (halves == 2) masses.halves[half][slot] = Mass(tree.target(), sum.Value(), depth);
+    }
+    masses.total[slot] = Mass(tree.target(), total.Value(), depth);
+  }
+  return masses;
+}
+
+directional::Tree RebuildTree(const SdTree& tree, directional::CellMasses masses, bool reconstruct, double flux_threshold) {
+  using Reconstruction = SdTreeOptions::Reconstruction;
+  const SdTreeOptions& options = tree.options();
+  if (reconstruct && options.reconstruction == Reconstruction::kDense)
+    return directional::ReconstructDense(masses, {.sigma = options.dense_sigma}, flux_threshold, options.max_directional_depth);
+  if (reconstruct && options.reconstruction == Reconstruction::kNative)
+    return directional::ReconstructNative(masses, flux_threshold, options.max_directional_depth);
+  return directional::Rebuild(masses.nodes, masses.node_count, std::move(masses.total), flux_threshold, options.max_directional_depth);
+}
+
+RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf, bool reconstruct, double flux_threshold,
                         double split_threshold) {
   const SdTreeOptions& options = tree.options();
   const SdTreeStatistics::LeafSums& sums = statistics.leaf(leaf);
@@ -27,21 +75,16 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
   out.leaf = tree.leaf(leaf);
   double records = sums.records();
 
-  const std::span<const ExactSum> slots = statistics.slots(leaf);
-  std::vector<double> masses;
-  ExactSum total;
-  if (records > 0) {
-    masses.reserve(slots.size());
-    for (const ExactSum& slot : slots) {
-      masses.push_back(slot.Value());
-      total.Merge(slot);
-    }
+  directional::CellMasses masses;
+  double total = 0;
+  if (records >= options.min_records) {
+    masses = Masses(tree, statistics, leaf);
+    for (const double mass : masses.total) total += mass;
   }
-  if (records >= options.min_records && total.Value() > 0) {
-    out.tree = directional::Rebuild(tree.Tree(leaf), tree.leaf(leaf).node_count, std::move(masses), flux_threshold,
-                                    options.max_directional_depth);
+  if (total > 0) {
+    out.tree = RebuildTree(tree, std::move(masses), reconstruct, flux_threshold);
     out.leaf.learned = 1;
-    const double flux = total.Value() / records / tree.radiance_scale();
+    const double flux = sums.flux.Value() / records / tree.radiance_scale();
     out.leaf.mean_flux = static_cast<float>(std::min(flux, 3e38));
   } else {
     out.tree = Copy(tree, leaf);
@@ -49,6 +92,7 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
   if (options.bsdf_fraction_loss != SdTreeOptions::BsdfFractionLoss::kNone) {
     out.leaf.bsdf_fraction = SolveBsdfFraction(sums.fraction, out.leaf.bsdf_fraction, kFractionPriorRecords);
   }
+  if (options.learn_nee) out.leaf.nee_probability = SolveNeeProbability(sums.nee, out.leaf.nee_probability, options.min_records);
   const int depth = tree.spatial().cell(leaf).depth;
   for (; records > split_threshold && depth + out.splits < options.max_spatial_depth; records *= 0.5) ++out.splits;
   out.leaf.records = static_cast<float>(records);
@@ -57,12 +101,20 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
   return out;
 }
 
+// Which trees are reconstructed: all, but for the document's own limit on the cost of its method.
+std::vector<uint8_t> Reconstructed(const SdTree& tree) {
+  if (tree.options().reconstruction != SdTreeOptions::Reconstruction::kDense) return std::vector<uint8_t>(tree.leaf_count(), 1);
+  std::vector<int> depths;
+  for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) depths.push_back(tree.leaf(leaf).depth);
+  return directional::WithinWorkload(depths, static_cast<int>(tree.iteration()));
+}
+
 // The power of two that brings the mean scaled record near 1, kept where it can be applied and undone in float.
 float NextScale(const SdTree& tree, const SdTreeStatistics& statistics) {
   double flux = 0, records = 0;
   for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) {
     if (!statistics.touched(leaf)) continue;
-    for (const ExactSum& slot : statistics.slots(leaf)) flux += slot.Value();
+    flux += statistics.leaf(leaf).flux.Value();
     records += statistics.leaf(leaf).records();
   }
   if (!(flux > 0) || !(records > 0)) return tree.radiance_scale();
@@ -89,9 +141,11 @@ std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics
 
   // Rebuild every leaf; coarser where the result would not fit.
   std::vector<RebuiltLeaf> leaves(tree.leaf_count());
+  const std::vector<uint8_t> reconstructed = Reconstructed(tree);
   for (;;) {
-    for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf)
-      leaves[leaf] = RebuildLeaf(tree, statistics, leaf, flux_threshold, split_threshold);
+    tbb::parallel_for(uint32_t{0}, tree.leaf_count(), [&](uint32_t leaf) {
+      leaves[leaf] = RebuildLeaf(tree, statistics, leaf, reconstructed[leaf] != 0, flux_threshold, split_threshold);
+    });
     if (NodesAfterSplits(leaves) <= static_cast<double>(options.max_nodes)) break;
     if (flux_threshold < 1) {
       flux_threshold *= 2;

@@ -1,4 +1,4 @@
-// The SD-tree's bytes, version 1. Nodes are written in their order of layout, which follows from the probabilities, so
+// The SD-tree's bytes, version 2. Nodes are written in their order of layout, which follows from the probabilities, so
 // no links are written and none can be wrong.
 #include "core/guiding/bsdf_fraction.h"
 #include "core/guiding/sd_tree.h"
@@ -7,7 +7,7 @@ namespace lodestar {
 namespace {
 
 constexpr uint32_t kMagic = 0x54445344;  // "DSDT"
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 
 // Links the nodes of one tree, read so far with masks for links, depth first.
 class Linker {
@@ -53,7 +53,7 @@ Bytes SdTree::Serialize() const {
   out.Put(radiance_scale_);
   std::vector<uint8_t> depths, learned, masks(nodes_.size());
   std::vector<uint32_t> counts;
-  std::vector<float> fractions, records, flux;
+  std::vector<float> fractions, records, flux, nee;
   for (uint32_t i = 0; i < leaf_count(); ++i) {
     depths.push_back(static_cast<uint8_t>(spatial_.cell(i).depth));
     learned.push_back(leaves_[i].learned);
@@ -61,6 +61,7 @@ Bytes SdTree::Serialize() const {
     fractions.push_back(leaves_[i].bsdf_fraction);
     records.push_back(leaves_[i].records);
     flux.push_back(leaves_[i].mean_flux);
+    nee.push_back(leaves_[i].nee_probability);
   }
   std::vector<uint16_t> probabilities(nodes_.size() * 3);
   for (size_t i = 0; i < nodes_.size(); ++i) {
@@ -75,6 +76,7 @@ Bytes SdTree::Serialize() const {
   out.PutVector(fractions);
   out.PutVector(records);
   out.PutVector(flux);
+  out.PutVector(nee);
   out.PutVector(masks);
   out.PutVector(probabilities);
   return out.Take();
@@ -84,7 +86,7 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   ByteReader in(bytes, "SD-tree");
   if (in.Get<uint32_t>() != kMagic) in.Fail("does not begin like one");
   if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("has version " + std::to_string(version) + ", known is 1");
+    in.Fail("has version " + std::to_string(version) + ", known is 2");
   SdTreeParts parts;
   parts.options = SdTreeOptions::Read(in);
   for (int axis = 0; axis < 3; ++axis) parts.corner[axis] = in.Get<float>();
@@ -102,12 +104,13 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   const auto fractions = in.GetVector<float>();
   const auto records = in.GetVector<float>();
   const auto flux = in.GetVector<float>();
+  const auto nee = in.GetVector<float>();
   const auto masks = in.GetVector<uint8_t>();
   const auto probabilities = in.GetVector<uint16_t>();
   in.ExpectEnd();
   const size_t leaves = parts.depths.size();
   if (learned.size() != leaves || counts.size() != leaves || fractions.size() != leaves || records.size() != leaves ||
-      flux.size() != leaves || probabilities.size() != masks.size() * 3) {
+      flux.size() != leaves || nee.size() != leaves || probabilities.size() != masks.size() * 3) {
     in.Fail("has arrays of different lengths");
   }
   if (!SpatialTree::FromDepths(parts.corner, parts.size, parts.depths)) in.Fail("has a broken spatial tree");
@@ -131,11 +134,11 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
                           .Link();
     if (depth == 0) in.Fail("has a broken directional tree");
     if (learned[i] > 1 || !(fractions[i] >= kMinBsdfFraction && fractions[i] <= kMaxBsdfFraction) ||
-        !(records[i] >= 0) || !std::isfinite(records[i]) || !(flux[i] >= 0) || !std::isfinite(flux[i])) {
+        !(records[i] >= 0) || !std::isfinite(records[i]) || !(flux[i] >= 0) || !std::isfinite(flux[i]) || !(nee[i] > 0 && nee[i] <= 1)) {
       in.Fail("has an invalid leaf");
     }
-    parts.leaves[i] = {static_cast<uint32_t>(first), counts[i], fractions[i], records[i], flux[i], learned[i],
-                       static_cast<uint8_t>(depth)};
+    parts.leaves[i] = {static_cast<uint32_t>(first), counts[i], fractions[i], records[i], flux[i], nee[i],
+                       learned[i], static_cast<uint8_t>(depth)};
     first += counts[i];
   }
   if (first != masks.size()) in.Fail("has nodes of no tree");

@@ -41,6 +41,9 @@ void SdTreeOptions::Validate() const {
   Require(bsdf_fraction_loss <= BsdfFractionLoss::kVariance, "bsdf_fraction_loss must be none, kl or variance");
   Require(initial_bsdf_fraction >= kMinBsdfFraction && initial_bsdf_fraction <= kMaxBsdfFraction,
           "initial_bsdf_fraction must be in [0.05, 0.95]");
+  Require(target <= Target::kSwitching, "target must be radiance, simple, full or switching");
+  Require(reconstruction <= Reconstruction::kNative, "reconstruction must be none, dense or native");
+  Require(dense_sigma >= 0.1f && dense_sigma <= 3, "dense_sigma must be in [0.1, 3]");
   Require(min_records >= 1 && min_records <= 1e9f, "min_records must be in [1, 1e9]");
   Require(max_nodes >= 1 && max_nodes <= (uint64_t{1} << 29), "max_nodes must be in [1, 2^29]");
 }
@@ -54,6 +57,10 @@ void SdTreeOptions::Write(ByteWriter& out) const {
   out.Put(directional_filter);
   out.Put(bsdf_fraction_loss);
   out.Put(initial_bsdf_fraction);
+  out.Put(target);
+  out.Put(reconstruction);
+  out.Put(dense_sigma);
+  out.Put<uint8_t>(learn_nee);
   out.Put(min_records);
   out.Put(max_nodes);
 }
@@ -68,6 +75,12 @@ SdTreeOptions SdTreeOptions::Read(ByteReader& in) {
   options.directional_filter = in.Get<DirectionalFilter>();
   options.bsdf_fraction_loss = in.Get<BsdfFractionLoss>();
   options.initial_bsdf_fraction = in.Get<float>();
+  options.target = in.Get<Target>();
+  options.reconstruction = in.Get<Reconstruction>();
+  options.dense_sigma = in.Get<float>();
+  const auto learn_nee = in.Get<uint8_t>();
+  if (learn_nee > 1) in.Fail("has a malformed flag");
+  options.learn_nee = learn_nee != 0;
   options.min_records = in.Get<float>();
   options.max_nodes = in.Get<uint64_t>();
   try {

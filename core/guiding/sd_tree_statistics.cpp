@@ -12,12 +12,15 @@ constexpr uint64_t kOneRecord = uint64_t{1} << 24;
 constexpr size_t kBatch = 16;
 using SpatialFilter = SdTreeOptions::SpatialFilter;
 using DirectionalFilter = SdTreeOptions::DirectionalFilter;
+using Target = SdTreeOptions::Target;
 
 }  // namespace
 
 SdTreeStatistics::SdTreeStatistics(std::shared_ptr<const SdTree> tree)
     : tree_(std::move(tree)),
-      slots_(size_t{tree_->node_count()} * 4),
+      target_(tree_->target()),
+      halves_(tree_->options().reconstruction == SdTreeOptions::Reconstruction::kNative ? 2 : 1),
+      slots_(size_t{tree_->node_count()} * 4 * halves_),
       leaves_(tree_->leaf_count()),
       touched_((tree_->leaf_count() + 63) / 64) {}
 
@@ -29,26 +32,46 @@ std::optional<SdTreeStatistics::Pending> SdTreeStatistics::Gate(const SdTreeReco
   }
   const auto usable = [](float value) { return value >= 0 && value < kInfinity; };
   if (!usable(r.radiance) || !usable(r.pdf) || r.pdf == 0 || !usable(r.product) || !usable(r.bsdf_pdf) ||
-      !usable(r.tree_pdf) || !IsFinite(r.direction) || !IsFinite(r.position)) {
+      !usable(r.tree_pdf) || !usable(r.relative) || !IsFinite(r.direction) || !IsFinite(r.position)) {
     ++counts_.refused;
     return std::nullopt;
   }
   ++counts_.accepted;
   const Vec2 square = DirectionToCylindrical(r.direction);
   // Past the float range the sum saturates and counts it.
-  return Pending{std::min(r.radiance / r.pdf * tree_->radiance_scale(), std::numeric_limits<float>::max()),
-                 directional::ToInteger(square.x), directional::ToInteger(square.y), 0};
+  const auto bounded = [](float value) { return std::min(value, std::numeric_limits<float>::max()); };
+  const float flux = bounded(r.radiance / r.pdf * tree_->radiance_scale());
+  float value = flux;
+  if (target_ != Target::kRadiance) {
+    // Weighted by the share of the sample that is the tree's own (Rath et al. 2020, section 5): the rest is the BSDF's to deal with.
+    const float share = tree_->HasLearned(r.leaf) ? r.tree_pdf / r.pdf : 1.0f;
+    const float weighted = Product(r) * share;
+    value = bounded(weighted * (weighted / r.pdf));
+  }
+  return Pending{value, flux, directional::ToInteger(square.x), directional::ToInteger(square.y), 0};
+}
+
+// What the target weighs: in its own units, with a mean near 1.
+float SdTreeStatistics::Product(const SdTreeRecord& r) const {
+  return target_ == Target::kFull ? r.relative : r.product * tree_->radiance_scale();
+}
+
+void SdTreeStatistics::Record(const NeeRecord& r) {
+  LODESTAR_DCHECK(r.leaf < tree_->leaf_count());
+  Touch(r.leaf);
+  leaves_[r.leaf].nee.Add(r.direct * tree_->radiance_scale(), r.reflected * tree_->radiance_scale(), r.vertices);
 }
 
 void SdTreeStatistics::AddFraction(const SdTreeRecord& r) {
   const auto loss = tree_->options().bsdf_fraction_loss;
   // Beside a uniform tree the BSDF always looks better; what is learned then would be wrong for the tree that comes.
-  if (loss == SdTreeOptions::BsdfFractionLoss::kNone || !tree_->HasLearned(r.leaf) || !(r.product > 0) ||
+  const float product = Product(r);
+  if (loss == SdTreeOptions::BsdfFractionLoss::kNone || !tree_->HasLearned(r.leaf) || !(product > 0) ||
       !(r.bsdf_pdf + r.tree_pdf > 0))
     return;
   Touch(r.leaf);
-  leaves_[r.leaf].fraction.Add(loss, std::min(r.product * tree_->radiance_scale(), std::numeric_limits<float>::max()),
-                               r.pdf, r.bsdf_pdf, r.tree_pdf);
+  leaves_[r.leaf].fraction.Add(loss, std::min(product, std::numeric_limits<float>::max()), r.pdf, r.bsdf_pdf,
+                               r.tree_pdf);
 }
 
 void SdTreeStatistics::AddDirectional(uint32_t leaf, uint32_t x, uint32_t y, float value) {
@@ -86,7 +109,8 @@ void SdTreeStatistics::AddBox(const SdTreeRecord& r, const Pending& pending) {
         std::min(lower[axis] - std::min(lower[axis], size[axis] / 2), (uint32_t{1} << SpatialTree::kBits) - size[axis]);
   }
   spatial.ForOverlaps(lower, size, [&](uint32_t leaf, double share) {
-    AddWeight(leaf, static_cast<uint64_t>(share * static_cast<double>(kOneRecord) + 0.5));
+    AddWeight(leaf, static_cast<uint64_t>(share * static_cast<double>(kOneRecord) + 0.5),
+              pending.flux * static_cast<float>(share));
     if (pending.value > 0) AddDirectional(leaf, pending.x, pending.y, pending.value * static_cast<float>(share));
   });
 }
@@ -118,7 +142,7 @@ void SdTreeStatistics::RecordBatch(std::span<const SdTreeRecord> records, const 
   // 2. Find the slots and ask for them.
   for (size_t i = 0; i < count; ++i) {
     const Pending& p = pending[i];
-    AddWeight(p.leaf, kOneRecord);
+    AddWeight(p.leaf, kOneRecord, p.flux);
     AddFraction(records[source[i]]);
     if (p.value > 0) AddDirectional(p.leaf, p.x, p.y, p.value);
   }
@@ -132,12 +156,14 @@ void SdTreeStatistics::FlushAdditions() {
   additions_.clear();
 }
 
-void SdTreeStatistics::Record(const SdTreeRecord& record, Vec3 u_spatial) {
+void SdTreeStatistics::Record(const SdTreeRecord& record, Vec3 u_spatial, uint32_t half) {
+  half_ = half & (halves_ - 1);
   RecordBatch({&record, 1}, &u_spatial);
 }
 
 void SdTreeStatistics::Record(std::span<const SdTreeRecord> records, uint64_t key) {
   std::array<Vec3, kBatch> u;
+  half_ = static_cast<uint32_t>(Mix64(key) >> 63) & (halves_ - 1);
   for (size_t first = 0; first < records.size(); first += kBatch) {
     const size_t count = std::min(kBatch, records.size() - first);
     for (size_t i = 0; i < count; ++i) {
@@ -158,9 +184,11 @@ void SdTreeStatistics::Merge(const SdTreeStatistics& other) {
   other.ForTouched([&](uint32_t leaf) {
     Touch(leaf);
     leaves_[leaf].weight += other.leaves_[leaf].weight;
+    leaves_[leaf].flux.Merge(other.leaves_[leaf].flux);
+    leaves_[leaf].nee.Merge(other.leaves_[leaf].nee);
     leaves_[leaf].fraction.Merge(other.leaves_[leaf].fraction);
     const std::span<const ExactSum> from = other.slots(leaf);
-    ExactSum* const to = slots_.data() + size_t{tree_->leaf(leaf).first_node} * 4;
+    ExactSum* const to = slots_.data() + FirstSum(leaf);
     for (size_t slot = 0; slot < from.size(); ++slot) to[slot].Merge(from[slot]);
   });
 }

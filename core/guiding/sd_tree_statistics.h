@@ -10,6 +10,7 @@
 #include <span>
 
 #include "core/guiding/bsdf_fraction.h"
+#include "core/guiding/nee_probability.h"
 #include "core/guiding/sd_tree.h"
 #include "core/guiding/zero_pages.h"
 
@@ -24,8 +25,17 @@ struct SdTreeRecord {
   float bsdf_pdf = 0;  // of its two techniques
   float tree_pdf = 0;
   float product = 0;   // lum(f cos L)
+  float relative = 0;  // lum(throughput f cos L) / pixel estimate; read by the full target only
   bool delta = false;  // sampled from a delta lobe: counted, else left out
   uint32_t leaf = 0;   // LeafAt(position)
+};
+
+// The two parts of the light that a vertex reflects, for choosing how often to sample a light there.
+struct NeeRecord {
+  float direct = 0;     // lum of the MIS-weighted light sample, divided by its probability; 0 where none was taken
+  float reflected = 0;  // lum of what came along the sampled direction, f cos / pdf included
+  uint32_t vertices = 1;  // of the path from here on, this one included
+  uint32_t leaf = 0;
 };
 
 class SdTreeStatistics {
@@ -40,6 +50,8 @@ class SdTreeStatistics {
   // Sums of one spatial leaf.
   struct alignas(64) LeafSums {
     FractionSums fraction;
+    ExactSum flux;        // scaled radiance / pdf
+    NeeSums nee;
     uint64_t weight = 0;  // records, in units of 2^-24 (the box filter shares them out)
     double records() const { return static_cast<double>(weight) * 0x1p-24; }
   };
@@ -49,9 +61,10 @@ class SdTreeStatistics {
   SdTreeStatistics& operator=(SdTreeStatistics&&) = default;
 
   // u_spatial in [0, 1)^3 is used by the stochastic filter only.
-  void Record(const SdTreeRecord& record, Vec3 u_spatial);
-  // A path's records at once, which hides the memory's latency; the jitter of record i is a hash of (key, i).
+  void Record(const SdTreeRecord& record, Vec3 u_spatial, uint32_t half = 0);
+  // A path's records at once, which hides the memory's latency; the jitter of record i is a hash of (key, i). All go to one half.
   void Record(std::span<const SdTreeRecord> records, uint64_t key);
+  void Record(const NeeRecord& record);
 
   // Both must belong to the same tree. Costs what `other` touched.
   void Merge(const SdTreeStatistics& other);
@@ -67,15 +80,16 @@ class SdTreeStatistics {
   uint64_t touched_leaves() const;
   uint64_t touched_slots() const;
   const LeafSums& leaf(uint32_t leaf) const { return leaves_[leaf]; }
-  // The sums of the slots of a leaf's D-tree: 4 * node_count.
-  std::span<const ExactSum> slots(uint32_t leaf) const {
-    return {slots_.data() + size_t{tree_->leaf(leaf).first_node} * 4, size_t{tree_->leaf(leaf).node_count} * 4};
-  }
+  // 2 where the state's reconstruction compares two halves of the paths, kept apart; else 1.
+  uint32_t halves() const { return halves_; }
+  // The sums of the slots of a leaf's D-tree, one after the other for each slot's halves: 4 * node_count * halves.
+  std::span<const ExactSum> slots(uint32_t leaf) const { return {slots_.data() + FirstSum(leaf), SumCount(leaf)}; }
 
  private:
   // A record behind the gate, on its way to one leaf.
   struct Pending {
-    float value;  // scaled radiance / pdf
+    float value;  // what the target records, scaled, / pdf
+    float flux;   // scaled radiance / pdf
     uint32_t x, y;
     uint32_t leaf;
   };
@@ -85,15 +99,19 @@ class SdTreeStatistics {
   };
   // Nothing for a record that is left out, which is counted.
   std::optional<Pending> Gate(const SdTreeRecord& record);
+  float Product(const SdTreeRecord& record) const;
   void AddFraction(const SdTreeRecord& record);
   void Touch(uint32_t leaf) { touched_[leaf / 64] |= uint64_t{1} << (leaf % 64); }
-  void AddWeight(uint32_t leaf, uint64_t weight) {
+  void AddWeight(uint32_t leaf, uint64_t weight, float flux) {
     Touch(leaf);
     leaves_[leaf].weight += weight;
+    leaves_[leaf].flux.Add(flux);
   }
+  size_t FirstSum(uint32_t leaf) const { return size_t{tree_->leaf(leaf).first_node} * 4 * halves_; }
+  size_t SumCount(uint32_t leaf) const { return size_t{tree_->leaf(leaf).node_count} * 4 * halves_; }
   // Notes an addition and asks for its memory; FlushAdditions makes it.
   void AddSlot(uint32_t leaf, uint32_t slot, float value) {
-    const size_t index = size_t{tree_->leaf(leaf).first_node} * 4 + slot;
+    const size_t index = FirstSum(leaf) + size_t{slot} * halves_ + half_;
     __builtin_prefetch(&slots_[index], 1);
     additions_.push_back({index, value});
   }
@@ -113,6 +131,8 @@ class SdTreeStatistics {
   }
 
   std::shared_ptr<const SdTree> tree_;
+  SdTreeOptions::Target target_;
+  uint32_t halves_, half_ = 0;  // half_: of the record at hand
   ZeroPages<ExactSum> slots_;
   ZeroPages<LeafSums> leaves_;
   std::vector<uint64_t> touched_;

@@ -1,4 +1,4 @@
-// The statistics' bytes, version 1: header, totals, then per touched leaf its weight, fraction sums and non-zero slots.
+// The statistics' bytes, version 2: header, totals, then per touched leaf its weight, fraction sums and non-zero slots.
 // Indices are written as varint differences, sums as their significant bytes behind one byte that says which.
 #include "core/base/check.h"
 #include "core/guiding/sd_tree_statistics.h"
@@ -7,7 +7,7 @@ namespace lodestar {
 namespace {
 
 constexpr uint32_t kMagic = 0x53445344;  // "DSDS"
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 
 void PutVarint(ByteWriter& out, uint64_t value) {
   for (; value >= 0x80; value >>= 7) out.Put(static_cast<uint8_t>(value | 0x80));
@@ -63,6 +63,11 @@ ExactSum GetSum(ByteReader& in) {
   return sum;
 }
 
+template <class Sums>
+auto NeeParts(Sums& sums) {
+  return std::array{&sums.direct, &sums.direct_squared, &sums.reflected, &sums.reflected_squared};
+}
+
 }  // namespace
 
 Bytes SdTreeStatistics::Serialize() const {
@@ -83,6 +88,12 @@ Bytes SdTreeStatistics::Serialize() const {
     next_leaf = leaf + 1;
     const LeafSums& sums = leaves_[leaf];
     PutVarint(out, sums.weight);
+    PutWide(out, sums.flux.Units());
+    if (tree_->options().learn_nee) {
+      PutVarint(out, sums.nee.count);
+      PutVarint(out, sums.nee.vertices);
+      for (const ExactSum* sum : NeeParts(sums.nee)) PutWide(out, sum->Units());
+    }
     PutVarint(out, sums.fraction.count);
     if (sums.fraction.count > 0) {
       PutWide(out, sums.fraction.weight.Units());
@@ -107,7 +118,7 @@ SdTreeStatistics SdTreeStatistics::Parse(std::shared_ptr<const SdTree> tree, std
   ByteReader in(bytes, "SD-tree statistics");
   if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
   if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("have version " + std::to_string(version) + ", known is 1");
+    in.Fail("have version " + std::to_string(version) + ", known is 2");
   const auto fingerprint = in.Get<uint64_t>();
   const auto leaf_count = in.Get<uint32_t>();
   const auto node_count = in.Get<uint32_t>();
@@ -130,6 +141,13 @@ SdTreeStatistics SdTreeStatistics::Parse(std::shared_ptr<const SdTree> tree, std
     statistics.Touch(leaf);
     LeafSums& sums = statistics.leaves_[leaf];
     sums.weight = GetVarint(in);
+    sums.flux = GetSum(in);
+    if (statistics.tree_->options().learn_nee) {
+      sums.nee.count = GetVarint(in);
+      sums.nee.vertices = GetVarint(in);
+      if (sums.nee.count > (uint64_t{1} << 40)) in.Fail("have an impossible record count");
+      for (ExactSum* sum : NeeParts(sums.nee)) *sum = GetSum(in);
+    }
     sums.fraction.count = GetVarint(in);
     if (sums.fraction.count > (uint64_t{1} << 40)) in.Fail("have an impossible record count");
     if (sums.fraction.count > 0) {
@@ -142,7 +160,7 @@ SdTreeStatistics SdTreeStatistics::Parse(std::shared_ptr<const SdTree> tree, std
       }
     }
     const size_t slot_count = statistics.slots(leaf).size();
-    const size_t base = size_t{statistics.tree_->leaf(leaf).first_node} * 4;
+    const size_t base = statistics.FirstSum(leaf);
     const uint64_t slots = GetVarint(in);
     uint64_t next_slot = 0;
     for (uint64_t s = 0; s < slots; ++s) {

@@ -4,20 +4,27 @@
 
 #include "core/guiding/sd_tree.h"
 #include "core/guiding/sd_tree_statistics.h"
+#include "core/film/pixel_estimate.h"
 #include "core/learning/method.h"
 #include "core/learning/nee.h"
+#include "core/learning/roulette.h"
 
 namespace lodestar {
 
 class SdTreeState final : public State {
  public:
-  explicit SdTreeState(std::shared_ptr<const SdTree> tree) : tree_(std::move(tree)) {}
+  // `pixels` is empty where neither target nor roulette need it.
+  SdTreeState(std::shared_ptr<const SdTree> tree, PixelEstimate pixels) : tree_(std::move(tree)), pixels_(std::move(pixels)) {}
+  // Throws Error(kCorrupt).
+  static std::shared_ptr<const SdTreeState> Parse(std::string_view bytes);
   const SdTree& tree() const { return *tree_; }
   const std::shared_ptr<const SdTree>& shared_tree() const { return tree_; }
-  Bytes Serialize() const override { return tree_->Serialize(); }
+  const PixelEstimate& pixels() const { return pixels_; }
+  Bytes Serialize() const override;
 
  private:
   std::shared_ptr<const SdTree> tree_;
+  PixelEstimate pixels_;
 };
 
 class SdTreeGuidingStatistics final : public Statistics {
@@ -34,9 +41,13 @@ class SdTreeGuidingStatistics final : public Statistics {
 
 class SdTreeMethod final : public Method {
  public:
+  // What is recorded of emission that next event estimation could have found: all, its share by multiple importance sampling, nothing.
+  enum class Learn : uint8_t { kAll, kWeighted, kIndirect };
   struct Options {
     SdTreeOptions tree;
     NeeMode nee = NeeMode::kAlways;
+    Learn learn = Learn::kWeighted;
+    Roulette roulette = Roulette::kContribution;
     Combination combination;
     int training = -1;  // iterations; -1: decided by the budget
   };
@@ -59,8 +70,11 @@ class SdTreeMethod final : public Method {
   int TrainingIterations() const override { return options_.training; }
 
  private:
+  bool NeedsPixels(const SdTree& tree) const;
+
   Options options_;
   Bounds3 bounds_;
+  uint32_t resolution_x_, resolution_y_;
 };
 
 }  // namespace lodestar

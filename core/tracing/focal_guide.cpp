@@ -24,7 +24,7 @@ void FocalGuide::Record(std::span<const PathVertex> vertices, const PixelSample&
                    .bsdf_pdf = vertex.bsdf_pdf,
                    .guide_pdf = vertex.guide_pdf});
     }
-    incident = vertex.local + vertex.weight * incident;
+    incident = vertex.emitted * vertex.emission_weight + vertex.direct + vertex.weight * incident;
     if (vertex.distance > 0) {
       distance = vertex.distance;
       image = vertex.alpha < FocalOptions::kImageRoughness;

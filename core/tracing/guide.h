@@ -9,6 +9,7 @@
 //   GuidedSample Sample(const Local&, Vec2 u, float u_more) const;    // world space; u_more: for whoever needs a third number
 //   float Pdf(const Local&, Vec3 wi) const;                           // per steradian: exactly what Sample() says of wi
 //   float Fluence(const Local&) const;  // integral of the incident radiance over the sphere; 0: not known
+//   float PixelLuminance(uint32_t x, uint32_t y) const;  // estimate of a pixel; 0: not known
 //
 // and, where kRecords, what the tracer calls after each path (PathTracer):
 //   void Record(std::span<const PathVertex>, const PixelSample&, Scratch*, Statistics*) const;
@@ -21,16 +22,18 @@ namespace lodestar {
 
 // One vertex of a path, as the recorders see it.
 struct PathVertex {
-  Rgb local{};   // radiance that leaves the vertex towards the camera without what arrives along wi: MIS-weighted emission and direct light
+  Rgb emitted{};              // radiance of its own towards the previous vertex
+  float emission_weight = 1;  // of it in the estimate; below 1 where light sampling could have found it
+  Rgb direct{};               // MIS-weighted light sample
   Rgb weight{};  // f cos / pdf of wi
   Rgb beta{};    // throughput of the path up to this vertex
   float roulette = 1;  // what survival multiplied the rest of the path by; 0: the path was ended here
-  float direct = 0;    // luminance of the direct light in `local`
   float distance = 0;  // from the vertex before to here, infinite where the path left the scene; 0: an interface that it went through
   float alpha = 1;     // GGX alpha of the lobe that the BSDF drew wi from: 0 a delta, 1 diffuse or not drawn by the BSDF
   Vec3 p{}, wi{};
-  float pdf = 0, bsdf_pdf = 0, guide_pdf = 0, product = 0;  // product: lum(f cos)
+  float pdf = 0, bsdf_pdf = 0, guide_pdf = 0;
   uint32_t leaf = 0;      // Local::leaf of a guide that has leaves
+  bool smooth = false;    // guided, and lit by light samples
   bool recorded = false;  // a smooth vertex that has a wi
 };
 
@@ -47,6 +50,7 @@ struct NoGuide {
   };
   struct Scratch {};
   Local At(const SurfaceInteraction&, const Bsdf&, Vec3) const { return {}; }
+  float PixelLuminance(uint32_t, uint32_t) const { return 0; }
 };
 
 }  // namespace lodestar

@@ -8,6 +8,7 @@
 
 #include <vector>
 
+#include "core/learning/roulette.h"
 #include "core/math/sampler.h"
 #include "core/tracing/guide.h"
 
@@ -24,6 +25,7 @@ struct PathSettings {
   int max_depth = 5;             // bounces; as pbrt's maxdepth
   bool next_event = true;
   int roulette_start = 2;        // first bounce that may be ended by roulette
+  Roulette roulette = Roulette::kContribution;  // of guided paths; others look at the throughput
 };
 
 // Dimension pairs of a path: pixel, lens, then four a vertex: (roulette, mix), (lobe or technique, light), direction, position on the light.
@@ -45,8 +47,8 @@ class PathKernel {
  public:
   PathKernel(const SceneT& scene, const PathSettings& settings, const Guide& guide) : scene_(scene), settings_(settings), guide_(guide) {}
 
-  // Radiance along the camera ray. With kRecord, `vertices` receives the path (its storage is reused from path to path).
-  Rgb Trace(const CameraRay& camera_ray, Sampler& sampler, PathCounters* counters, std::vector<PathVertex>* vertices) const;
+  // Radiance along the camera ray. `pixel` is what its pixel is expected to have, 0 if that is not known. With kRecord, `vertices` receives the path (its storage is reused from path to path).
+  Rgb Trace(const CameraRay& camera_ray, float pixel, Sampler& sampler, PathCounters* counters, std::vector<PathVertex>* vertices) const;
 
  private:
   using Local = typename Guide::Local;
@@ -96,15 +98,17 @@ inline Rgb PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceIntera
 }
 
 template <unsigned kFeatures, class Guide, class SceneT>
-Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sampler& sampler, PathCounters* counters, std::vector<PathVertex>* vertices) const {
+Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, float pixel, Sampler& sampler, PathCounters* counters,
+                                                 std::vector<PathVertex>* vertices) const {
   constexpr bool kGuided = Guide::kGuides, kRecording = (kFeatures & kRecord) != 0;
   Ray ray{camera_ray.origin, camera_ray.direction, kInfinity};
   Rgb radiance, beta(1);
   // What roulette looks at: the throughput this path would have if its directions had come from the BSDFs. A guide draws directions of much light often,
   // so their throughput is small although their contribution is not: roulette on it would undo the guiding. Without a guide it is the throughput.
   Rgb roulette_beta(1);
-  // With a guide: what the pixel may expect of the light reflected by the first vertex that the guide knows, from its fluence and albedo.
-  float expected = 0;
+  // With a guide: what the pixel may expect; else, once a vertex is met that the guide knows, what that reflects, from its fluence and albedo.
+  const bool by_contribution = kGuided && settings_.roulette != Roulette::kThroughput;
+  float expected = by_contribution && settings_.roulette == Roulette::kPixel ? pixel : 0;
   float previous_pdf = 0;  // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
   float previous_nee = 1;  // the share of light samples at the vertex it came from
   Vec3 previous_p;
@@ -118,30 +122,31 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
     if (!scene_.Intersect(ray, &hit)) {
       if constexpr ((kFeatures & kEnvironment) != 0) {
         const EnvironmentSample environment = scene_.Environment(ray.direction);
-        Rgb emitted = environment.radiance;
-        if (previous_pdf > 0 && settings_.next_event) emitted *= previous_pdf / (previous_pdf + previous_nee * environment.pdf);
-        radiance += beta * emitted;
-        if constexpr (kRecording) vertices->push_back({.local = emitted, .weight = Rgb(0), .distance = kInfinity});
+        float weight = 1;
+        if (previous_pdf > 0 && settings_.next_event) weight = previous_pdf / (previous_pdf + previous_nee * environment.pdf);
+        radiance += beta * (environment.radiance * weight);
+        if constexpr (kRecording) vertices->push_back({.emitted = environment.radiance, .emission_weight = weight, .distance = kInfinity});
       }
       break;
     }
     ++counters->vertices;
     const SurfaceInteraction si = scene_.Interaction(ray, hit);
-    Rgb local;
 
     // Light that the surface itself gives.
+    Rgb emitted;
+    float emission_weight = 1;
     if (si.light >= 0) {
-      local = scene_.Emitted(si, -ray.direction);
-      if (previous_pdf > 0 && settings_.next_event && !IsBlack(local))
-        local *= previous_pdf / (previous_pdf + previous_nee * scene_.LightPdf(previous_p, si, ray.direction));
+      emitted = scene_.Emitted(si, -ray.direction);
+      if (previous_pdf > 0 && settings_.next_event && !IsBlack(emitted))
+        emission_weight = previous_pdf / (previous_pdf + previous_nee * scene_.LightPdf(previous_p, si, ray.direction));
+      radiance += beta * (emitted * emission_weight);
     }
     sampler.StartAt(kFirstVertexPair + static_cast<uint32_t>(depth) * kPairsPerVertex);
     const Vec2 u_mix = sampler.Next2D(), u_choice = sampler.Next2D(), u_direction = sampler.Next2D();
     const Bsdf bsdf = scene_.BsdfAt(si, u_mix.y);
     if (bsdf.kind() == Bsdf::Kind::kNone) {
       // An interface without a medium: the ray goes on as if it were not there. Bounded, should a path graze a stack of them for ever.
-      radiance += beta * local;
-      if constexpr (kRecording) vertices->push_back({.local = local, .weight = Rgb(1)});
+      if constexpr (kRecording) vertices->push_back({.emitted = emitted, .emission_weight = emission_weight, .weight = Rgb(1)});
       if (++passed > 1000) break;
       travelled += hit.t;
       ray.origin = Scene::OffsetOrigin(si, ray.direction);
@@ -149,8 +154,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
     }
     travelled += hit.t;
     if (depth == settings_.max_depth) {
-      radiance += beta * local;
-      if constexpr (kRecording) vertices->push_back({.local = local, .weight = Rgb(0), .distance = travelled});
+      if constexpr (kRecording) vertices->push_back({.emitted = emitted, .emission_weight = emission_weight, .distance = travelled});
       break;
     }
 
@@ -160,8 +164,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
     const Local at = smooth ? guide_.At(si, bsdf, wo) : Local{};
     Rgb direct;
     if (smooth && settings_.next_event) direct = DirectLight(si, bsdf, wo, at, u_choice.y, sampler.Next2D(), counters);
-    local += direct;
-    radiance += beta * local;
+    radiance += beta * direct;
 
     // The next direction.
     Rgb weight;
@@ -207,10 +210,11 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
     }
     const bool ended = IsBlack(weight);
     if constexpr (kRecording) {
-      vertices->push_back({.local = local,
+      vertices->push_back({.emitted = emitted,
+                           .emission_weight = emission_weight,
+                           .direct = direct,
                            .weight = weight,
                            .beta = beta,
-                           .direct = Luminance(direct),
                            .distance = travelled,
                            .alpha = alpha,
                            .p = si.p,
@@ -218,13 +222,13 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
                            .pdf = pdf,
                            .bsdf_pdf = bsdf_pdf,
                            .guide_pdf = guide_pdf,
-                           .product = Luminance(weight) * pdf,
                            .leaf = at.leaf,
+                           .smooth = smooth,
                            .recorded = smooth && !delta && !ended});
     }
     if (ended) break;
     if constexpr (kGuided) {
-      if (expected == 0 && at.bsdf_fraction < 1 && guide_.Fluence(at) > 0)
+      if (by_contribution && expected == 0 && at.bsdf_fraction < 1 && guide_.Fluence(at) > 0)
         expected = Luminance(beta * bsdf.Albedo(wo)) * guide_.Fluence(at) * (0.5f * kInvPi);
     }
     beta *= weight;
@@ -236,7 +240,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, Sam
     if (depth >= settings_.roulette_start) {
       float survival = MaxComponent(roulette_beta);
       if constexpr (kGuided) {
-        if (expected > 0 && guide_pdf > 0) {
+        if (expected > 0 && guide_pdf > 0 && guide_.Fluence(at) > 0) {
           const float contribution = Luminance(beta) * guide_.Fluence(at) * Lerp(kDefensive, guide_pdf, kUniformSpherePdf);
           survival = std::max(contribution / (kWindow * expected), kLeastSurvival);
         }

@@ -74,7 +74,8 @@ Rgb PathTracer<Guide>::Sample(const PathKernel<kFeatures, Guide>& kernel, uint32
   const FilterSample filter = filter_.Sample(sampler.Next2D());
   const Vec2 film{static_cast<float>(x) + 0.5f + filter.offset.x, static_cast<float>(y) + 0.5f + filter.offset.y};
   *filter_weight = filter.weight;
-  return kernel.Trace(scene_->camera().Generate(film, scene_->camera().has_lens() ? sampler.Next2D() : Vec2{}), sampler, counters, vertices);
+  return kernel.Trace(scene_->camera().Generate(film, scene_->camera().has_lens() ? sampler.Next2D() : Vec2{}),
+                      guide_.PixelLuminance(x, y), sampler, counters, vertices);
 }
 
 template <class Guide>

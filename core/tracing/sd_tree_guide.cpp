@@ -2,28 +2,55 @@
 
 namespace lodestar {
 
+namespace {
+
+// The share of a vertex' emission that the vertex before it learns of.
+float LearnedEmission(SdTreeMethod::Learn learn, float emission_weight) {
+  switch (learn) {
+    case SdTreeMethod::Learn::kAll:
+      return 1;
+    case SdTreeMethod::Learn::kIndirect:
+      return emission_weight < 1 ? 0.0f : 1.0f;
+    case SdTreeMethod::Learn::kWeighted:
+      break;
+  }
+  return emission_weight;
+}
+
+}  // namespace
+
 // Radiance arriving along each vertex's wi, from the path's end to its start. Walking backwards needs neither a division by the throughput nor a
 // difference of sums, so dim light behind a bright vertex keeps its precision.
 void SdTreeGuide::Record(std::span<const PathVertex> vertices, const PixelSample& sample, Scratch* records, Statistics* statistics) const {
+  SdTreeStatistics& sums = static_cast<SdTreeGuidingStatistics*>(statistics)->sums();
+  const bool relative = tree_.target() == SdTreeOptions::Target::kFull, learn_nee = tree_.options().learn_nee;
+  const float per_pixel = relative ? 1 / PixelLuminance(sample.x, sample.y) : 0;
   records->clear();
-  Rgb incident;
+  Rgb incident, learned;  // as the estimate has it, and as the tree learns it
   for (size_t i = vertices.size(); i-- > 0;) {
     const PathVertex& vertex = vertices[i];
     incident *= vertex.roulette;
+    learned *= vertex.roulette;
     if (vertex.recorded) {
-      const float radiance = Luminance(incident);
+      const Rgb reflected = vertex.weight * learned;
       records->push_back({.position = vertex.p,
                           .direction = vertex.wi,
-                          .radiance = radiance,
+                          .radiance = Luminance(learned),
                           .pdf = vertex.pdf,
                           .bsdf_pdf = vertex.bsdf_pdf,
                           .tree_pdf = vertex.guide_pdf,
-                          .product = vertex.product * radiance,
+                          .product = Luminance(reflected) * vertex.pdf,
+                          .relative = relative ? Luminance(vertex.beta * reflected) * per_pixel * vertex.pdf : 0.0f,
                           .leaf = vertex.leaf});
     }
-    incident = vertex.local + vertex.weight * incident;
+    const Rgb rest = vertex.weight * incident;
+    if (learn_nee && vertex.smooth)
+      sums.Record(NeeRecord{Luminance(vertex.direct), Luminance(rest), static_cast<uint32_t>(vertices.size() - i), vertex.leaf});
+    const Rgb leaving = vertex.direct + rest;
+    incident = vertex.emitted * vertex.emission_weight + leaving;
+    learned = vertex.emitted * LearnedEmission(learn_, vertex.emission_weight) + leaving;
   }
-  static_cast<SdTreeGuidingStatistics*>(statistics)->sums().Record(*records, sample.key);
+  sums.Record(*records, sample.key);
 }
 
 }  // namespace lodestar

@@ -18,23 +18,28 @@ class SdTreeGuide {
   };
   using Scratch = std::vector<SdTreeRecord>;
 
-  explicit SdTreeGuide(std::shared_ptr<const SdTreeState> state) : state_(std::move(state)), tree_(state_->tree()) {}
+  SdTreeGuide(std::shared_ptr<const SdTreeState> state, SdTreeMethod::Learn learn)
+      : state_(std::move(state)), tree_(state_->tree()), learn_(learn) {}
 
   Local At(const SurfaceInteraction& si, const Bsdf&, Vec3) const {
     Local local;
     local.leaf = tree_.LeafAt(si.p);
-    if (tree_.HasLearned(local.leaf)) local.bsdf_fraction = tree_.BsdfFraction(local.leaf);
+    const SdTreeLeaf& leaf = tree_.leaf(local.leaf);
+    if (leaf.learned) local.bsdf_fraction = leaf.bsdf_fraction;
+    local.nee_probability = leaf.nee_probability;
     return local;
   }
   GuidedSample Sample(const Local& local, Vec2 u, float) const { return tree_.Sample(local.leaf, u); }
   float Pdf(const Local& local, Vec3 wi) const { return tree_.Pdf(local.leaf, wi); }
   float Fluence(const Local& local) const { return tree_.leaf(local.leaf).mean_flux; }
+  float PixelLuminance(uint32_t x, uint32_t y) const { return state_->pixels().empty() ? 0.0f : state_->pixels().At(x, y); }
 
   void Record(std::span<const PathVertex> vertices, const PixelSample& sample, Scratch* records, Statistics* statistics) const;
 
  private:
   std::shared_ptr<const SdTreeState> state_;
   const SdTree& tree_;
+  SdTreeMethod::Learn learn_;
 };
 
 }  // namespace lodestar

@@ -45,8 +45,9 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
   if (const auto* guided = dynamic_cast<const SdTreeMethod*>(&method)) {
     auto tree_state = std::dynamic_pointer_cast<const SdTreeState>(std::move(state));
     LODESTAR_CHECK(tree_state);
+    settings.roulette = guided->options().roulette;
     settings.next_event = UsesNee(guided->options().nee, tree_state->tree().iteration()) && scene->has_lights();
-    return std::make_unique<PathTracer<SdTreeGuide>>(std::move(scene), job.seed, settings, SdTreeGuide(std::move(tree_state)));
+    return std::make_unique<PathTracer<SdTreeGuide>>(std::move(scene), job.seed, settings, SdTreeGuide(std::move(tree_state), guided->options().learn));
   }
   if (const auto* focal = dynamic_cast<const FocalMethod*>(&method)) {
     auto focal_state = std::dynamic_pointer_cast<const FocalState>(std::move(state));

@@ -69,7 +69,14 @@ inline Contribution RenderUnit(const JobSpec& job, const Method& method, const s
         value += 1e-3f * w.z * pdf;
         if (learned != nullptr) {
           const float radiance = w.z > 0.5f ? 1 + position.x : 0;
-          learned->sums().Record({position, w, radiance, pdf, 0.08f, pdf, radiance * 0.1f, false, leaf},
+          learned->sums().Record({.position = position,
+                                  .direction = w,
+                                  .radiance = radiance,
+                                  .pdf = pdf,
+                                  .bsdf_pdf = 0.08f,
+                                  .tree_pdf = pdf,
+                                  .product = radiance * 0.1f,
+                                  .leaf = leaf},
                                  {p.y, p.x, position.z});
         }
       }

@@ -1,0 +1,158 @@
+// The options of SD-tree guiding: their documentation, the presets, and reading them.
+#include "core/learning/method_options.h"
+#include "core/learning/sd_tree_guiding.h"
+
+namespace lodestar {
+namespace {
+
+// The papers' settings; NEE and combination of 2017 are those of its main results (no light sampling, automatic).
+SdTreeMethod::Options Preset(const MethodOptions& given) {
+  using Kind = Method::Combination::Kind;
+  enum class Name { kDefault, k2017, k2019 };
+  SdTreeMethod::Options options;
+  switch (given.Choice<Name>("preset", {{"default", Name::kDefault}, {"2017", Name::k2017}, {"2019", Name::k2019}})) {
+    case Name::k2017:
+      options.tree = SdTreeOptions::Paper2017();
+      options.nee = NeeMode::kNever;
+      options.roulette = Roulette::kThroughput;
+      options.combination.kind = Kind::kAutomatic;
+      break;
+    case Name::k2019:
+      options.tree = SdTreeOptions::Paper2019();
+      options.nee = NeeMode::kKickstart;
+      options.roulette = Roulette::kThroughput;
+      break;
+    case Name::kDefault:
+      break;
+  }
+  return options;
+}
+
+void ReadBsdfFraction(const MethodOptions& given, SdTreeOptions* tree) {
+  using Loss = SdTreeOptions::BsdfFractionLoss;
+  const std::string& text = given.Text("bsdf-fraction");
+  if (text == "learned-kl" || text == "learned-variance") {
+    tree->bsdf_fraction_loss = text == "learned-kl" ? Loss::kKl : Loss::kVariance;
+  } else {
+    tree->bsdf_fraction_loss = Loss::kNone;
+    tree->initial_bsdf_fraction = static_cast<float>(given.Number("bsdf-fraction", 0.05, 0.95));
+  }
+}
+
+}  // namespace
+
+MethodEntry SdTreeMethod::Entry() {
+  const std::string preset = "the preset's";
+  return {"sdtree",
+          "path tracing guided by a learned SD-tree (Mueller et al. 2017, 2019)",
+          {
+              {"preset", "default | 2017 | 2019", "default",
+               "starting values of the other options: ours (recommended), or those of the papers, for comparisons"},
+              {"nee", "never | kickstart | always | learned", preset,
+               "next event estimation; kickstart: in the first three iterations only; learned: at the share of the vertices "
+               "that lowers variance times cost most, found per leaf. Default always; 2017 never, 2019 "
+               "kickstart. Recommended: "
+               "always, unless no light can be seen from where most paths go"},
+              {"target", "radiance | simple | full | switching", preset,
+               "what the trees are proportional to: incident radiance; the root of the second moment of what a vertex "
+               "reflects (Rath et al. 2020); the same relative to the pixel; simple first and full from the fifth iteration "
+               "on (Nilsson 2023). Default and papers radiance"},
+              {"reconstruction", "none | dense | native", preset,
+               "smoothing of the trees: as the 2023 document does, on matrices; or on the trees, with a strength found by "
+               "cross-validation. Default and papers none"},
+              {"dense-sigma", "a number from 0.1 to 3", preset,
+               "width of dense reconstruction's Gaussian, in cells of a layer. Default 0.5"},
+              {"learn", "all | weighted | indirect", preset,
+               "what is recorded of light that next event estimation finds as well: all of it; its share by multiple "
+               "importance sampling; nothing. Default and papers weighted"},
+              {"roulette", "throughput | contribution | pixel", preset,
+               "what decides on a path's survival: its throughput, as without guiding; what the tree expects it to add, "
+               "against what its first vertex expects; the same against the pixel's estimate (Vorba and Krivanek 2016). "
+               "Default contribution (recommended); 2017 and 2019 throughput"},
+              {"combine", "discard | automatic | inverse-variance", preset,
+               "how iterations become the image: the longest alone; the same, and training stops once the predicted "
+               "final variance stops falling; the "
+               "last four by their variance. Default and 2019 inverse-variance (recommended), 2017 automatic; discard "
+               "is strictly unbiased"},
+              {"spatial-filter", "nearest | stochastic | box", preset,
+               "which spatial leaves a record goes to. Default and 2019 stochastic (recommended), 2017 nearest; box is "
+               "smoothest and slowest"},
+              {"directional-filter", "nearest | box", preset,
+               "the same for directions. Default and 2019 box (recommended), 2017 nearest"},
+              {"bsdf-fraction", "learned-kl | learned-variance | a number from 0.05 to 0.95", preset,
+               "share of directions that the BSDF samples: learned per leaf, or fixed. Default and 2019 learned-kl "
+               "(recommended), 2017 0.5; "
+               "learned-variance is optimal in theory and suffers from outliers"},
+              {"spatial-threshold", "a number from 1 to 1e12", preset,
+               "c: a spatial leaf splits above c * sqrt(passes / 4) records. Default and 2019 4000, 2017 12000; less "
+               "for long renders of intricate light"},
+              {"flux-threshold", "a number from 1e-5 to 1", preset,
+               "a directional cell splits above this share of its tree's flux. Default and papers 0.01"},
+              {"max-depth", "an integer from 1 to 20", preset, "levels of a directional tree. Default and papers 20"},
+              {"training", "auto | a number of iterations from 0 to 30", "auto",
+               "iterations to learn in before the last one, which only renders; iteration k has 2^k passes. auto "
+               "(recommended): as many as leave "
+               "at least half of the budget to the last"},
+          }};
+}
+
+SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey) 
+    : bounds_(survey.bounds), resolution_x_(survey.resolution_x), resolution_y_(survey.resolution_y) {
+  using Kind = Combination::Kind;
+  using Tree = SdTreeOptions;
+  const MethodEntry entry = Entry();
+  const MethodOptions given(entry.name, entry.options, job.options);
+  options_ = Preset(given);
+  Tree& tree = options_.tree;
+  if (given.Has("nee")) {
+    options_.nee = given.Choice<NeeMode>("nee", {{"never", NeeMode::kNever},
+                                                 {"kickstart", NeeMode::kKickstart},
+                                                 {"always", NeeMode::kAlways},
+                                                 {"learned", NeeMode::kLearned}});
+  }
+  tree.learn_nee = options_.nee == NeeMode::kLearned;
+  if (given.Has("target")) {
+    tree.target = given.Choice<Tree::Target>("target", {{"radiance", Tree::Target::kRadiance},
+                                                        {"simple", Tree::Target::kSimple},
+                                                        {"full", Tree::Target::kFull},
+                                                        {"switching", Tree::Target::kSwitching}});
+  }
+  if (given.Has("reconstruction")) {
+    tree.reconstruction = given.Choice<Tree::Reconstruction>("reconstruction", {{"none", Tree::Reconstruction::kNone},
+                                                                                {"dense", Tree::Reconstruction::kDense},
+                                                                                {"native", Tree::Reconstruction::kNative}});
+  }
+  if (given.Has("dense-sigma")) tree.dense_sigma = static_cast<float>(given.Number("dense-sigma", 0.1, 3));
+  if (given.Has("learn")) {
+    options_.learn = given.Choice<Learn>("learn", {{"all", Learn::kAll}, {"weighted", Learn::kWeighted}, {"indirect", Learn::kIndirect}});
+  }
+  if (given.Has("roulette")) {
+    options_.roulette = given.Choice<Roulette>("roulette", {{"throughput", Roulette::kThroughput},
+                                                            {"contribution", Roulette::kContribution},
+                                                            {"pixel", Roulette::kPixel}});
+  }
+  if (given.Has("combine")) {
+    options_.combination.kind = given.Choice<Kind>(
+        "combine",
+        {{"discard", Kind::kDiscard}, {"automatic", Kind::kAutomatic}, {"inverse-variance", Kind::kInverseVariance}});
+  }
+  if (given.Has("spatial-filter")) {
+    tree.spatial_filter =
+        given.Choice<Tree::SpatialFilter>("spatial-filter", {{"nearest", Tree::SpatialFilter::kNearest},
+                                                             {"stochastic", Tree::SpatialFilter::kStochastic},
+                                                             {"box", Tree::SpatialFilter::kBox}});
+  }
+  if (given.Has("directional-filter")) {
+    tree.directional_filter = given.Choice<Tree::DirectionalFilter>(
+        "directional-filter", {{"nearest", Tree::DirectionalFilter::kNearest}, {"box", Tree::DirectionalFilter::kBox}});
+  }
+  if (given.Has("bsdf-fraction")) ReadBsdfFraction(given, &tree);
+  if (given.Has("spatial-threshold"))
+    tree.spatial_threshold = static_cast<float>(given.Number("spatial-threshold", 1, 1e12));
+  if (given.Has("flux-threshold")) tree.flux_threshold = static_cast<float>(given.Number("flux-threshold", 1e-5, 1));
+  if (given.Has("max-depth")) tree.max_directional_depth = given.Integer("max-depth", 1, 20);
+  if (given.Text("training") != "auto") options_.training = given.Integer("training", 0, 30);
+  tree.Validate();
+}
+
+}  // namespace lodestar
