@@ -67,7 +67,7 @@ void SdTreeStatistics::AddFraction(const SdTreeRecord& r) {
   // Beside a uniform tree the BSDF always looks better; what is learned then would be wrong for the tree that comes.
   const float product = Product(r);
   if (loss == SdTreeOptions::BsdfFractionLoss::kNone || !tree_->HasLearned(r.leaf) || !(product > 0) ||
-      !(r.bsdf_pdf + r.tree_pdf > 0))
+      !(r.tree_pdf > 0))
     return;
   Touch(r.leaf);
   leaves_[r.leaf].fraction.Add(loss, std::min(product, std::numeric_limits<float>::max()), r.pdf, r.bsdf_pdf,

@@ -47,6 +47,7 @@ class SdTreeMethod final : public Method {
     SdTreeOptions tree;
     NeeMode nee = NeeMode::kAlways;
     Learn learn = Learn::kWeighted;
+    bool product = false;  // guide by tree times BSDF
     Roulette roulette = Roulette::kContribution;
     Combination combination;
     int training = -1;  // iterations; -1: decided by the budget

@@ -62,6 +62,9 @@ MethodEntry SdTreeMethod::Entry() {
                "cross-validation. Default and papers none"},
               {"dense-sigma", "a number from 0.1 to 3", preset,
                "width of dense reconstruction's Gaussian, in cells of a layer. Default 0.5"},
+              {"product", "on | off", preset,
+               "draw directions from the product of tree and BSDF (Diolatzis et al. 2020); for target radiance, as the "
+               "others contain the BSDF. Default and papers off; pays on glossy scenes"},
               {"learn", "all | weighted | indirect", preset,
                "what is recorded of light that next event estimation finds as well: all of it; its share by multiple "
                "importance sampling; nothing. Default and papers weighted"},
@@ -123,6 +126,12 @@ SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
                                                                                 {"native", Tree::Reconstruction::kNative}});
   }
   if (given.Has("dense-sigma")) tree.dense_sigma = static_cast<float>(given.Number("dense-sigma", 0.1, 3));
+  if (given.Has("product")) options_.product = given.Choice<bool>("product", {{"on", true}, {"off", false}});
+  if (options_.product && tree.target != Tree::Target::kRadiance) {
+    throw Error(ErrorKind::kInvalidInput,
+                "option 'product' of method 'sdtree' needs target=radiance: the other targets contain the BSDF already, "
+                "which the product would count twice");
+  }
   if (given.Has("learn")) {
     options_.learn = given.Choice<Learn>("learn", {{"all", Learn::kAll}, {"weighted", Learn::kWeighted}, {"indirect", Learn::kIndirect}});
   }

@@ -32,6 +32,7 @@ class FocalGuide {
   }
   float Pdf(const Local& local, Vec3 wi) const { return field_.Pdf(local.p, wi); }
   float Fluence(const Local&) const { return 0; }
+  float Radiance(const Local&, Vec3, float) const { return 0; }
   float PixelLuminance(uint32_t, uint32_t) const { return 0; }
 
   void Record(std::span<const PathVertex> vertices, const PixelSample&, Scratch*, Statistics* statistics) const;

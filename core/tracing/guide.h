@@ -9,6 +9,7 @@
 //   GuidedSample Sample(const Local&, Vec2 u, float u_more) const;    // world space; u_more: for whoever needs a third number
 //   float Pdf(const Local&, Vec3 wi) const;                           // per steradian: exactly what Sample() says of wi
 //   float Fluence(const Local&) const;  // integral of the incident radiance over the sphere; 0: not known
+//   float Radiance(const Local&, Vec3 wi, float guide_pdf) const;  // expected along wi, whose density is guide_pdf; only where Fluence() is known
 //   float PixelLuminance(uint32_t x, uint32_t y) const;  // estimate of a pixel; 0: not known
 //
 // and, where kRecords, what the tracer calls after each path (PathTracer):

@@ -34,7 +34,7 @@ inline constexpr uint32_t kFirstVertexPair = 2, kPairsPerVertex = 4;
 // Roulette where the tree knows better than the throughput (docs/decisions/0006-roulette.md): a path's expected contribution is its throughput times
 // the radiance that the tree expects along its new direction, fluence * p_tree. Only a path whose contribution falls below kWindow of what its pixel
 // expects is at stake, after Vorba and Krivanek 2016 (without splitting); the defensive share and the least survival bound what a wrong tree can cost.
-inline constexpr float kWindow = 0.1f, kLeastSurvival = 0.3f, kDefensive = 0.1f;
+inline constexpr float kWindow = 0.1f, kLeastSurvival = 0.3f;
 
 struct PathCounters {
   uint64_t paths = 0, rays = 0, vertices = 0;
@@ -241,7 +241,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       float survival = MaxComponent(roulette_beta);
       if constexpr (kGuided) {
         if (expected > 0 && guide_pdf > 0 && guide_.Fluence(at) > 0) {
-          const float contribution = Luminance(beta) * guide_.Fluence(at) * Lerp(kDefensive, guide_pdf, kUniformSpherePdf);
+          const float contribution = Luminance(beta) * guide_.Radiance(at, wi, guide_pdf);
           survival = std::max(contribution / (kWindow * expected), kLeastSurvival);
         }
       }

@@ -1,5 +1,8 @@
 #include "core/tracing/sd_tree_guide.h"
 
+#include <array>
+#include <cmath>
+
 namespace lodestar {
 
 namespace {
@@ -19,9 +22,24 @@ float LearnedEmission(SdTreeMethod::Learn learn, float emission_weight) {
 
 }  // namespace
 
+ProductLobes MakeProductLobes(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo) {
+  const BsdfLobes lobes = bsdf.Lobes(wo);
+  std::array<ProductLobe, std::tuple_size_v<decltype(lobes.lobes)>> out;
+  int count = 0;
+  for (const BsdfLobe& lobe : lobes) {
+    const auto kind = static_cast<ProductLobe::Kind>(lobe.kind);
+    // The table is of isotropic lobes: the geometric mean keeps an anisotropic one's solid angle.
+    out[count++] = {kind, lobe.alpha.x == lobe.alpha.y ? lobe.alpha.x : std::sqrt(lobe.alpha.x * lobe.alpha.y), lobe.weight};
+  }
+  return ProductLobes(si.shading, si.shading.ToWorld(wo), {out.data(), static_cast<size_t>(count)});
+}
+static_assert(static_cast<int>(ProductLobe::Kind::kDiffuseTransmission) == static_cast<int>(BsdfLobe::Kind::kDiffuseTransmission) &&
+              static_cast<int>(ProductLobe::Kind::kGgxReflection) == static_cast<int>(BsdfLobe::Kind::kGgxReflection));
+
 // Radiance arriving along each vertex's wi, from the path's end to its start. Walking backwards needs neither a division by the throughput nor a
 // difference of sums, so dim light behind a bright vertex keeps its precision.
-void SdTreeGuide::Record(std::span<const PathVertex> vertices, const PixelSample& sample, Scratch* records, Statistics* statistics) const {
+template <bool kProduct>
+void SdTreeGuide<kProduct>::Record(std::span<const PathVertex> vertices, const PixelSample& sample, Scratch* records, Statistics* statistics) const {
   SdTreeStatistics& sums = static_cast<SdTreeGuidingStatistics*>(statistics)->sums();
   const bool relative = tree_.target() == SdTreeOptions::Target::kFull, learn_nee = tree_.options().learn_nee;
   const float per_pixel = relative ? 1 / PixelLuminance(sample.x, sample.y) : 0;
@@ -52,5 +70,8 @@ void SdTreeGuide::Record(std::span<const PathVertex> vertices, const PixelSample
   }
   sums.Record(*records, sample.key);
 }
+
+template class SdTreeGuide<false>;
+template class SdTreeGuide<true>;
 
 }  // namespace lodestar

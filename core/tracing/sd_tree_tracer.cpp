@@ -3,6 +3,7 @@
 
 namespace lodestar {
 
-template class PathTracer<SdTreeGuide>;
+template class PathTracer<SdTreeGuide<false>>;
+template class PathTracer<SdTreeGuide<true>>;
 
 }  // namespace lodestar

@@ -14,7 +14,8 @@ namespace lodestar {
 
 extern template class PathTracer<NoGuide>;
 extern template class PathTracer<FocalGuide>;
-extern template class PathTracer<SdTreeGuide>;
+extern template class PathTracer<SdTreeGuide<false>>;
+extern template class PathTracer<SdTreeGuide<true>>;
 
 CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job) {
   SceneDescription adjusted = description;
@@ -47,7 +48,11 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
     LODESTAR_CHECK(tree_state);
     settings.roulette = guided->options().roulette;
     settings.next_event = UsesNee(guided->options().nee, tree_state->tree().iteration()) && scene->has_lights();
-    return std::make_unique<PathTracer<SdTreeGuide>>(std::move(scene), job.seed, settings, SdTreeGuide(std::move(tree_state), guided->options().learn));
+    const auto make = [&]<bool kProduct>(std::bool_constant<kProduct>) -> std::unique_ptr<Tracer> {
+      using Guide = SdTreeGuide<kProduct>;
+      return std::make_unique<PathTracer<Guide>>(std::move(scene), job.seed, settings, Guide(std::move(tree_state), guided->options().learn));
+    };
+    return guided->options().product ? make(std::true_type()) : make(std::false_type());
   }
   if (const auto* focal = dynamic_cast<const FocalMethod*>(&method)) {
     auto focal_state = std::dynamic_pointer_cast<const FocalState>(std::move(state));
