@@ -1,22 +1,23 @@
 #include <algorithm>
-#include <numeric>
+#include <memory>
 
 #include "core/base/check.h"
 #include "core/guiding/reconstruction.h"
-#include "core/math/elementary.h"
+#include "core/guiding/reconstruction_blur.h"
 
 namespace lodestar::directional {
 namespace {
 
-constexpr int kRadius = 3;  // of the Gaussian: 7 x 7
-
 // A square matrix of 2^depth rows; row y is the coordinate in phi, column x that in cos theta.
 struct Matrix {
-  explicit Matrix(int depth) : depth(depth), size(1 << depth), values(size_t{1} << (2 * depth)) {}
-  float& At(int x, int y) { return values[(size_t{static_cast<uint32_t>(y)} << depth) + x]; }
+  explicit Matrix(int depth)
+      : depth(depth), values(std::make_unique_for_overwrite<float[]>(size_t{1} << (2 * depth))) {}
+  int size() const { return 1 << depth; }
+  float* Row(int y) { return values.get() + (static_cast<size_t>(y) << depth); }
+  float At(int x, int y) const { return values[(static_cast<size_t>(y) << depth) + x]; }
 
-  int depth, size;
-  std::vector<float> values;
+  int depth;
+  std::unique_ptr<float[]> values;
 };
 
 // Per slot: the mass in and below it as a share of the total, and how many levels lie below (0: a cell).
@@ -44,76 +45,85 @@ Sums SumUp(const CellMasses& masses) {
   return out;
 }
 
-void Flatten(const CellMasses& masses, const Sums& sums, uint32_t node, int depth, int x, int y, Matrix& to) {
-  const int size = to.size >> (depth + 1);  // of the node's cells
-  for (uint32_t c = 0; c < 4; ++c) {
-    const uint32_t slot = node * 4 + c, child = masses.nodes[node].child[c];
-    const int cx = x + (c & 1 ? size : 0), cy = y + (c & 2 ? size : 0);
-    if (child != 0 && size > 1) {
-      Flatten(masses, sums, child, depth + 1, cx, cy, to);
-      continue;
-    }
-    // A cell spreads over the elements it covers; a subtree below the layer counts as its sum times 4^-levels.
-    const int spread = 2 * (to.depth - depth - 1) + 2 * sums.levels[slot];
-    const float value = std::ldexp(sums.share[slot], -spread);
-    for (int row = cy; row < cy + size; ++row) std::fill_n(&to.At(cx, row), size, value);
+class Layer {
+ public:
+  Layer(const CellMasses& masses, const Sums& sums, int depth)
+      : masses_(masses), sums_(sums), depth_(depth), matrix_(depth), tiles_((1 << depth) / kBlurTile) {
+    same_.resize(static_cast<size_t>(tiles_) * tiles_, 0);
+    Flatten(0, 0, 0, 0);
   }
-}
+  Matrix Blurred(const std::array<float, kBlurRadius + 1>& kernel) const {
+    Matrix blurred(depth_);
+    Blur(matrix_, same_, kernel, blurred.values.get());
+    return blurred;
+  }
 
-std::array<float, 2 * kRadius + 1> Gaussian(float sigma) {
-  std::array<float, 2 * kRadius + 1> kernel;
-  for (int i = -kRadius; i <= kRadius; ++i)
-    kernel[i + kRadius] = Exp(-0.5f * static_cast<float>(i * i) / (sigma * sigma));
-  const float sum = std::accumulate(kernel.begin(), kernel.end(), 0.0f);
-  for (float& k : kernel) k /= sum;
-  return kernel;
-}
+ private:
+  void Flatten(uint32_t node, int depth, int x, int y) {
+    const int size = matrix_.size() >> (depth + 1);  // of the node's cells
+    for (uint32_t c = 0; c < 4; ++c) {
+      const uint32_t slot = node * 4 + c, child = masses_.nodes[node].child[c];
+      const int cx = x + (c & 1 ? size : 0), cy = y + (c & 2 ? size : 0);
+      if (child != 0 && size > 1) {
+        Flatten(child, depth + 1, cx, cy);
+        continue;
+      }
+      // A cell spreads over the elements it covers; a subtree below the layer counts as its sum times 4^-levels.
+      const int spread = 2 * (depth_ - depth - 1) + 2 * sums_.levels[slot];
+      const float value = std::ldexp(sums_.share[slot], -spread);
+      for (int row = cy; row < cy + size; ++row) std::fill_n(matrix_.Row(row) + cx, size, value);
+      MarkSame(cx, cy, size);
+    }
+  }
+  // The tiles that lie in the cell with all that the Gaussian reaches from them.
+  void MarkSame(int x, int y, int size) {
+    const auto first = [](int from) { return (from + kBlurRadius + kBlurTile - 1) / kBlurTile; };
+    const auto last = [size](int from) { return (from + size - kBlurRadius) / kBlurTile; };
+    for (int ty = first(y); ty < last(y); ++ty) {
+      for (int tx = first(x); tx < last(x); ++tx) same_[static_cast<size_t>(ty) * tiles_ + tx] = 1;
+    }
+  }
 
-// In place; zero outside.
-void Blur(Matrix& m, const std::array<float, 2 * kRadius + 1>& kernel) {
-  std::vector<float> padded(m.size + 2 * kRadius);
-  for (int y = 0; y < m.size; ++y) {
-    std::copy_n(&m.At(0, y), m.size, padded.begin() + kRadius);
-    for (int x = 0; x < m.size; ++x) {
-      float sum = 0;
-      for (int i = 0; i <= 2 * kRadius; ++i) sum += kernel[i] * padded[x + i];
-      m.At(x, y) = sum;
-    }
-  }
-  for (int x = 0; x < m.size; ++x) {
-    for (int y = 0; y < m.size; ++y) padded[y + kRadius] = m.At(x, y);
-    for (int y = 0; y < m.size; ++y) {
-      float sum = 0;
-      for (int i = 0; i <= 2 * kRadius; ++i) sum += kernel[i] * padded[y + i];
-      m.At(x, y) = sum;
-    }
-  }
-}
+  const CellMasses& masses_;
+  const Sums& sums_;
+  int depth_;
+  FramedMatrix matrix_;
+  int tiles_;
+  SameTiles same_;
+};
 
 // to = max(to, from expanded by two in both directions).
 void MaximumWith(Matrix& from, Matrix& to) {
-  for (int y = 0; y < to.size; ++y) {
-    for (int x = 0; x < to.size; ++x) to.At(x, y) = std::max(to.At(x, y), 0.25f * from.At(x / 2, y / 2));
+  std::vector<float> expanded(to.size());
+  for (int y = 0; y < to.size(); ++y) {
+    const float* const row = from.Row(y / 2);
+    if (y % 2 == 0) {
+      for (int x = 0; x < from.size(); ++x) expanded[2 * x] = expanded[2 * x + 1] = 0.25f * row[x];
+    }
+    float* const out = to.Row(y);
+    for (int x = 0; x < to.size(); ++x) out[x] = out[x] > expanded[x] ? out[x] : expanded[x];
   }
+}
+
+Matrix Halved(Matrix& fine) {
+  Matrix coarse(fine.depth - 1);
+  for (int y = 0; y < coarse.size(); ++y) {
+    const float *const upper = fine.Row(2 * y), *const lower = fine.Row(2 * y + 1);
+    float* const to = coarse.Row(y);
+    for (int x = 0; x < coarse.size(); ++x)
+      to[x] = (upper[2 * x] + upper[2 * x + 1]) + (lower[2 * x] + lower[2 * x + 1]);
+  }
+  return coarse;
 }
 
 // The quadtree over a matrix in which every element above the threshold has a node around it.
 Tree RebuildFrom(Matrix finest, double flux_threshold, int max_depth) {
-  std::vector<Matrix> levels = {std::move(finest)};  // sums, finest first
-  while (levels.back().depth > 1) {
-    Matrix& fine = levels.back();
-    Matrix coarse(fine.depth - 1);
-    for (int y = 0; y < coarse.size; ++y) {
-      for (int x = 0; x < coarse.size; ++x) {
-        coarse.At(x, y) = (fine.At(2 * x, 2 * y) + fine.At(2 * x + 1, 2 * y)) +
-                          (fine.At(2 * x, 2 * y + 1) + fine.At(2 * x + 1, 2 * y + 1));
-      }
-    }
-    levels.push_back(std::move(coarse));
-  }
+  std::vector<Matrix> levels;  // sums, finest first
+  levels.push_back(std::move(finest));
+  while (levels.back().depth > 1) levels.push_back(Halved(levels.back()));
   std::reverse(levels.begin(), levels.end());  // [d]: depth d + 1
   double total = 0;
-  for (float v : levels[0].values) total += v;
+  for (int i = 0; i < 4; ++i) total += levels[0].values[i];
 
   struct Place {
     int x, y, depth;
@@ -150,9 +160,7 @@ Tree ReconstructDense(const CellMasses& masses, const DenseReconstruction& optio
   const auto kernel = Gaussian(options.sigma);
   Matrix result(0);
   for (int depth = kMinDenseDepth; depth <= sums.depth; ++depth) {
-    Matrix layer(depth);
-    Flatten(masses, sums, 0, 0, 0, 0, layer);
-    Blur(layer, kernel);
+    Matrix layer = Layer(masses, sums, depth).Blurred(kernel);
     if (depth > kMinDenseDepth) MaximumWith(result, layer);
     result = std::move(layer);
   }
