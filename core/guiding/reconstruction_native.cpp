@@ -20,49 +20,52 @@ constexpr uint32_t kWhole = ~0u;  // slot of the whole square, above the root
 
 class Smoother {
  public:
-  Smoother(const CellMasses& masses, Shrinkage shrinkage)
+  Smoother(const CellMasses& masses, const Shrinkage& shrinkage)
       : nodes_(masses.nodes),
-        node_count_(masses.node_count),
-        share_(std::move(shrinkage.share)),
-        weight_(std::move(shrinkage.weight)),
+        share_(shrinkage.share),
+        weight_(shrinkage.weight),
         density_(share_.size()),
-        level_(node_count_, 0),
-        around_(node_count_),
-        smoothed_(share_.size()) {}
+        around_(masses.node_count) {}
 
   // Masses of the cells; zero above them.
   std::vector<double> Smooth() {
-    FindDensities();
+    struct Pending {
+      uint32_t node;
+      int level;  // the root's is 0
+      double mass;
+    };
+    std::vector<double> smoothed(share_.size());
+    // Level by level: what is around a node is smoothed before what lies in it.
+    std::vector<Pending> queue = {{0, 0, 1.0}};
     for (int i = 0; i < 9; ++i) around_[0][i] = {kWhole, i % 3 != 1};
-    std::vector<double> mass(node_count_, 1);  // of the nodes
-    for (uint32_t node = 0; node < node_count_; ++node) {
-      const std::array<float, 4> predicted = Predict(node);
-      const double in_node = (share_[node * 4] + share_[node * 4 + 1]) + (share_[node * 4 + 2] + share_[node * 4 + 3]);
-      const double keep = in_node > 0 ? (1 - weight_[node]) / in_node : 0;
-      const double shrink = in_node > 0 ? weight_[node] : 1;
+    for (size_t next = 0; next < queue.size(); ++next) {
+      const auto [node, level, mass] = queue[next];
+      const std::array<float, 4> predicted = Predict(around_[node]);
+      const double* const share = &share_[node * 4];
+      const double recorded = (share[0] + share[1]) + (share[2] + share[3]);
+      const double keep = recorded > 0 ? (1 - weight_[node]) / recorded : 0;
+      const double shrink = recorded > 0 ? weight_[node] : 1;
+      const auto per_area = static_cast<double>(uint64_t{1} << (2 * (level + 1)));
       for (uint32_t c = 0; c < 4; ++c) {
         const uint32_t slot = node * 4 + c, child = nodes_[node].child[c];
-        const double q = mass[node] * (keep * share_[slot] + shrink * predicted[c]);
+        const double q = mass * (keep * share[c] + shrink * predicted[c]);
+        density_[slot] = static_cast<float>(q * per_area);
         if (child != 0) {
-          mass[child] = q;
+          queue.push_back({child, level + 1, q});
+          for (uint32_t i = 0; i < 9; ++i) {
+            const uint32_t x = (c & 1) + i % 3 + 1, y = (c >> 1) + i / 3 + 1;  // in children, from two before the node
+            around_[child][i] = Child(around_[node][y / 2 * 3 + x / 2], x & 1, y & 1, level);
+          }
         } else {
-          smoothed_[slot] = std::sqrt(kRawWeight * share_[slot] * share_[slot] + (1 - kRawWeight) * q * q);
+          smoothed[slot] = std::sqrt(kRawWeight * share[c] * share[c] + (1 - kRawWeight) * q * q);
         }
       }
     }
-    return std::move(smoothed_);
+    return smoothed;
   }
 
  private:
-  void FindDensities() {
-    for (uint32_t node = 0; node < node_count_; ++node) {
-      const float per_area = static_cast<float>(uint64_t{1} << (2 * (level_[node] + 1)));
-      for (uint32_t c = 0; c < 4; ++c) {
-        density_[node * 4 + c] = static_cast<float>(share_[node * 4 + c]) * per_area;
-        if (nodes_[node].child[c] != 0) level_[nodes_[node].child[c]] = static_cast<uint8_t>(level_[node] + 1);
-      }
-    }
-  }
+  using Surroundings = std::array<Square, 9>;  // the 3 x 3 squares of a node's size around it, itself the fifth
 
   // The child square (x, y) of a square next to a node of `level`, or the square itself where it is a cell.
   Square Child(Square of, uint32_t x, uint32_t y, int level) const {
@@ -76,31 +79,14 @@ class Smoother {
     return {node * 4 + x + 2 * y, of.mirrored};
   }
 
-  // The children's shares as their surroundings predict them: the mean density over the 3 x 3 squares of their own size
-  // around each, weights 1 2 1. Also finds the surroundings of the children that are nodes.
-  std::array<float, 4> Predict(uint32_t node) {
-    // The 4 x 4 squares of the children's size around the node.
-    const std::array<Square, 9>& around = around_[node];
-    std::array<std::array<Square, 4>, 4> grid;
-    float d[4][4];
-    for (uint32_t y = 0; y < 4; ++y) {
-      for (uint32_t x = 0; x < 4; ++x) {
-        grid[y][x] = Child(around[(y + 1) / 2 * 3 + (x + 1) / 2], (x + 1) & 1, (y + 1) & 1, level_[node]);
-        d[y][x] = density_[grid[y][x].slot];
-      }
-    }
-    float rows[4][2];
-    for (int y = 0; y < 4; ++y) {
-      rows[y][0] = d[y][0] + 2 * d[y][1] + d[y][2];
-      rows[y][1] = d[y][1] + 2 * d[y][2] + d[y][3];
-    }
+  float Density(Square square) const { return square.slot == kWhole ? 1 : density_[square.slot]; }
+
+  // The shares of a node's children if the density were bilinear between the centres of the squares around it.
+  std::array<float, 4> Predict(const Surroundings& around) const {
     std::array<float, 4> predicted;
-    for (uint32_t c = 0; c < 4; ++c) {
-      const uint32_t x = c & 1, y = c >> 1;
-      predicted[c] = rows[y][x] + 2 * rows[y + 1][x] + rows[y + 2][x];
-      const uint32_t child = nodes_[node].child[c];
-      if (child == 0) continue;
-      for (uint32_t i = 0; i < 9; ++i) around_[child][i] = grid[y + i / 3][x + i % 3];
+    for (int c = 0; c < 4; ++c) {
+      const int x = c & 1 ? 5 : 3, y = c & 2 ? 7 : 1, xy = x + y - 4;
+      predicted[c] = 9 * Density(around[4]) + 3 * (Density(around[x]) + Density(around[y])) + Density(around[xy]);
     }
     const float sum = (predicted[0] + predicted[1]) + (predicted[2] + predicted[3]);
     for (float& p : predicted) p = sum > 0 ? p / sum : 0.25f;
@@ -108,13 +94,10 @@ class Smoother {
   }
 
   const DirectionalNode* nodes_;
-  uint32_t node_count_;
-  std::vector<double> share_;
-  std::vector<float> weight_;
-  std::vector<float> density_;                 // per slot, of the unit square
-  std::vector<uint8_t> level_;                 // per node; the root's is 0
-  std::vector<std::array<Square, 9>> around_;  // per node: the 3 x 3 squares of its size around it, itself the fifth
-  std::vector<double> smoothed_;
+  const std::vector<double>& share_;
+  const std::vector<float>& weight_;
+  std::vector<float> density_;  // per slot, smoothed, of the unit square
+  std::vector<Surroundings> around_;
 };
 
 }  // namespace
@@ -122,11 +105,9 @@ class Smoother {
 Tree ReconstructNative(const CellMasses& masses, double flux_threshold, int max_depth) {
   LODESTAR_CHECK(masses.total.size() == size_t{masses.node_count} * 4);
   if (!masses.halves[0].empty()) {
-    Shrinkage shrinkage = InferShrinkage(masses);
-    if (!shrinkage.weight.empty()) {
-      std::vector<double> smoothed = Smoother(masses, std::move(shrinkage)).Smooth();
-      return Rebuild(masses.nodes, masses.node_count, std::move(smoothed), flux_threshold, max_depth);
-    }
+    const Shrinkage shrinkage = InferShrinkage(masses);
+    if (!shrinkage.weight.empty())
+      return Rebuild(masses.nodes, masses.node_count, Smoother(masses, shrinkage).Smooth(), flux_threshold, max_depth);
   }
   return Rebuild(masses.nodes, masses.node_count, masses.total, flux_threshold, max_depth);
 }
