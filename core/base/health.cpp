@@ -5,7 +5,7 @@
 namespace lodestar {
 
 const char* HealthEventName(HealthEvent event) {
-  static constexpr const char* kNames[kHealthEvents] = {"nan", "infinite", "negative", "zero_pdf", "clamped", "saturated"};
+  static constexpr const char* kNames[kHealthEvents] = {"nan", "infinite", "negative", "zero_pdf", "clamped", "saturated", "refused"};
   return kNames[static_cast<int>(event)];
 }
 

@@ -10,8 +10,16 @@
 
 namespace lodestar {
 
-enum class HealthEvent : uint8_t { kNan, kInfinite, kNegative, kZeroPdf, kClamped, kSaturated };
-inline constexpr int kHealthEvents = 6;
+enum class HealthEvent : uint8_t {
+  kNan,  // of pixel samples
+  kInfinite,
+  kNegative,
+  kZeroPdf,
+  kClamped,
+  kSaturated,  // of what is learned from: a sum at the end of its range,
+  kRefused,    // a record that is not finite, negative, or of no density
+};
+inline constexpr int kHealthEvents = 7;
 const char* HealthEventName(HealthEvent event);
 
 struct HealthReport {
@@ -26,6 +34,8 @@ struct HealthReport {
   Offender first;
 
   void Count(HealthEvent event, uint32_t x, uint32_t y, uint32_t pass, uint32_t iteration);
+  // Events of no pixel sample that is known.
+  void Add(HealthEvent event, uint64_t count) { counts[static_cast<size_t>(event)] += count; }
   void Merge(const HealthReport& other);
   uint64_t total() const;
   void Write(ByteWriter& out) const;

@@ -5,7 +5,7 @@
 
 namespace lodestar {
 
-inline constexpr uint32_t kContributionVersion = 1;
+inline constexpr uint32_t kContributionVersion = 2;
 
 Bytes SerializeContribution(const Contribution& contribution);
 // Throws Error(kCorrupt) for anything that is not a contribution of `node` of this round: missing or foreign tiles,

@@ -138,6 +138,7 @@ void Loop::AddRound(const Round& round, Contribution contribution) {
   current.film.AddPasses(round.passes);
   if (contribution.statistics) {
     LODESTAR_CHECK(round.record);
+    contribution.statistics->AddHealth(&report_.health);
     if (learned_) {
       learned_->Merge(*contribution.statistics);
     } else {

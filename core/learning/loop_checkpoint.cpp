@@ -7,7 +7,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = DocumentMagic("LDCP"), kVersion = 1;
+constexpr uint32_t kMagic = DocumentMagic("LDCP"), kVersion = 2;
 constexpr const char* kWhat = "checkpoint";
 
 void WritePoint(ByteWriter& out, const ErrorPoint& point) {

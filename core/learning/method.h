@@ -31,6 +31,8 @@ class Statistics {
   virtual ~Statistics() = default;
   virtual void Merge(const Statistics& other) = 0;  // of the same type and state
   virtual Bytes Serialize() const = 0;
+  // Counts what was left out of them or changed.
+  virtual void AddHealth(HealthReport* health) const {}
 };
 
 // The result of some node of a round's tree: the tiles of its units, and what they learned. Absent parts are absent,

@@ -35,6 +35,11 @@ std::shared_ptr<const SdTreeState> SdTreeState::Parse(std::string_view bytes) {
   return std::make_shared<SdTreeState>(std::move(tree), std::move(pixels));
 }
 
+void SdTreeGuidingStatistics::AddHealth(HealthReport* health) const {
+  health->Add(HealthEvent::kRefused, sums_.counts().refused);
+  health->Add(HealthEvent::kSaturated, sums_.counts().saturated);
+}
+
 std::shared_ptr<const State> SdTreeMethod::Initial() const {
   return std::make_shared<SdTreeState>(SdTree::Initial(bounds_, options_.tree), PixelEstimate{});
 }

@@ -34,6 +34,7 @@ class SdTreeGuidingStatistics final : public Statistics {
   const SdTreeStatistics& sums() const { return sums_; }
   void Merge(const Statistics& other) override;  // of the same tree
   Bytes Serialize() const override { return sums_.Serialize(); }
+  void AddHealth(HealthReport* health) const override;
 
  private:
   SdTreeStatistics sums_;
