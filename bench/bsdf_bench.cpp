@@ -26,7 +26,7 @@ std::vector<Query> Queries() {
     Query q;
     q.wo = SquareToCosineHemisphere(sampler.Next2D());
     q.wi = SquareToCosineHemisphere(sampler.Next2D());
-    q.u_lobe = sampler.Next1D();
+    q.u_lobe = sampler.Next2D().x;
     q.u = sampler.Next2D();
     queries.push_back(q);
   }

@@ -53,7 +53,7 @@ const Recording& Record() {
         }
         const Bsdf bsdf = scene.BsdfAt(si, pick.y);
         const Vec2 u = sampler.Next2D();
-        const auto sample = bsdf.Sample(si.shading.ToLocal(-ray.direction), sampler.Next1D(), u);
+        const auto sample = bsdf.Sample(si.shading.ToLocal(-ray.direction), sampler.Next2D().x, u);
         if (!sample) break;
         const Vec3 w = si.shading.ToWorld(sample->wi);
         ray = {Scene::OffsetOrigin(si, w), w, kInfinity};

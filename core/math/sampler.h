@@ -38,7 +38,6 @@ class Sampler {
   }
   // Names this pixel sample; for hashes that need more numbers than the path itself.
   uint64_t key() const { return pass_key_; }
-  float Next1D() { return Next2D().x; }
 
   // [0, 1) with 24 bits.
   static float ToUnit(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }

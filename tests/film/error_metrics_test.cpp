@@ -102,7 +102,7 @@ Noisy Render(float hit, uint32_t passes) {
         // Beyond the stratified dimensions: independent samples, whose variance the film's moments tell without bias.
         Sampler sampler(1, x, y, pass);
         sampler.StartAt(Sampler::kSobolPairs);
-        tile.pixels[i].Add(Rgb(sampler.Next1D() < hit ? mean / hit : 0));
+        tile.pixels[i].Add(Rgb(sampler.Next2D().x < hit ? mean / hit : 0));
       }
     }
     film.Add(grid, tile);

@@ -58,11 +58,11 @@ inline Contribution RenderUnit(const JobSpec& job, const Method& method, const s
     for (uint32_t pass = round.first_pass; pass < round.first_pass + round.passes; ++pass) {
       Sampler sampler(job.seed, x, y, pass);
       sampler.StartAt(Sampler::kSobolPairs);
-      float value = 1 + noise * (sampler.Next1D() - 0.5f);
+      float value = 1 + noise * (sampler.Next2D().x - 0.5f);
       if (guided != nullptr) {
         const SdTree& tree = guided->tree();
         const Vec2 p = sampler.Next2D();
-        const Vec3 position{p.x, p.y, sampler.Next1D()};
+        const Vec3 position{p.x, p.y, sampler.Next2D().x};
         const uint32_t leaf = tree.LeafAt(position);
         const auto [w, pdf] = tree.Sample(leaf, sampler.Next2D());
         // Depends on the state, so that another state shows in the image.
