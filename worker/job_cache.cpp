@@ -52,33 +52,36 @@ std::optional<Contribution> LoadedJob::Execute(const RenderUnit& unit, const std
 std::shared_ptr<LoadedJob> JobCache::Find(const ContentHash& description) {
   std::lock_guard lock(mutex_);
   for (auto it = jobs_.begin(); it != jobs_.end(); ++it) {
-    if (it->first != description) continue;
+    if (it->description != description) continue;
     jobs_.splice(jobs_.begin(), jobs_, it);
-    return jobs_.front().second;
+    return jobs_.front().job;
   }
   return nullptr;
 }
 
-std::shared_ptr<LoadedJob> JobCache::Load(const ContentHash& hash) {
+void JobCache::MakeRoom(uint64_t bytes) {
+  std::lock_guard lock(mutex_);
+  for (const Entry& entry : jobs_) bytes += entry.bytes;
+  for (; bytes > trial_.memory_bytes() && !jobs_.empty(); jobs_.pop_back()) bytes -= jobs_.back().bytes;
+}
+
+std::shared_ptr<LoadedJob> JobCache::Load(const ContentHash& hash, const StopToken& stop) {
   if (auto job = Find(hash)) return job;
-  {
-    // Room first, so that two large scenes need not fit beside each other.
-    std::lock_guard lock(mutex_);
-    while (jobs_.size() >= max_jobs_) jobs_.pop_back();
-  }
   auto description = JobDescription::Parse(client_.FetchBytes(hash, kMaxSceneFiles * 1200));
   auto folder = assets_.Materialise(
       description.scene,
       [&](const ContentHash& content, const std::filesystem::path& to) { client_.FetchAsset(content, to); });
   try {
+    const uint64_t bytes = trial_.Run(description, folder, stop);
+    MakeRoom(bytes);
     auto scene = ParsePbrtFile(folder / description.scene.main, {.lenient = description.spec.lenient});
     // Without this machine's folders, so that every worker's survey has the same bytes.
     for (std::string& line : scene.left_out) line = WithoutFolder(std::move(line), folder);
     auto compiled = CompileJob(scene, description.spec);
-    spdlog::info("compiled {}: {}", description.scene.main, compiled.survey.needs);
+    spdlog::info("compiled {} within {} MiB: {}", description.scene.main, bytes >> 20, compiled.survey.needs);
     auto job = std::make_shared<LoadedJob>(std::move(description), folder, std::move(compiled));
     std::lock_guard lock(mutex_);
-    jobs_.emplace_front(hash, job);
+    jobs_.push_front({hash, job, bytes});
     return job;
   } catch (const Error& error) {
     std::error_code ignored;

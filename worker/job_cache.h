@@ -8,6 +8,7 @@
 #include "core/tracing/local_executor.h"
 #include "rpc/work_client.h"
 #include "worker/asset_cache.h"
+#include "worker/compile_trial.h"
 
 namespace lodestar {
 
@@ -34,20 +35,28 @@ class LoadedJob {
 
 class JobCache {
  public:
-  JobCache(AssetCache& assets, WorkClient& client, size_t max_jobs)
-      : assets_(assets), client_(client), max_jobs_(max_jobs) {}
-  // Compiles where it must (in this process; isolation in a child under limits is a later step). Throws Error: messages
-  // about the scene name its files as the client knows them; UnreachableError while the coordinator is away.
-  std::shared_ptr<LoadedJob> Load(const ContentHash& description);
+  // Scenes that together took no more memory to compile than `trial` allows one of them are kept.
+  JobCache(AssetCache& assets, WorkClient& client, const CompileTrial::Options& trial)
+      : assets_(assets), client_(client), trial_(trial) {}
+  // Compiles where it must: in this process, once a child has done so within the limits. Throws Error: messages about
+  // the scene name its files as the client knows them; kIo where it was not the scene's fault, or `stop` was requested;
+  // UnreachableError while the coordinator is away.
+  std::shared_ptr<LoadedJob> Load(const ContentHash& description, const StopToken& stop);
   // Nothing where it is not loaded.
   std::shared_ptr<LoadedJob> Find(const ContentHash& description);
 
  private:
   AssetCache& assets_;
   WorkClient& client_;
-  const size_t max_jobs_;
+  const CompileTrial trial_;
+  struct Entry {
+    ContentHash description;
+    std::shared_ptr<LoadedJob> job;
+    uint64_t bytes;
+  };
+  void MakeRoom(uint64_t bytes);
   std::mutex mutex_;
-  std::list<std::pair<ContentHash, std::shared_ptr<LoadedJob>>> jobs_;  // the last used first
+  std::list<Entry> jobs_;  // the last used first
 };
 
 }  // namespace lodestar

@@ -28,7 +28,7 @@ Worker::Worker(const Options& options)
       working_(options.coordinator),
       keeping_(options.coordinator),
       assets_(options.cache, options.cache_bytes),
-      jobs_(assets_, working_, options.max_scenes) {}
+      jobs_(assets_, working_, options.trial) {}
 
 Worker::~Worker() = default;
 
@@ -106,8 +106,7 @@ void Worker::Release(LeaseId lease) {
   held_.erase(lease);
 }
 
-// ---- leases in
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ---- leases in ----
 
 void Worker::FetchLoop() {
   Backoff backoff;
@@ -203,8 +202,7 @@ void Worker::KeepLoop() {
   }
 }
 
-// ---- rendering
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ---- rendering ----
 
 void Worker::RenderLoop() {
   double waited = 0;
@@ -233,7 +231,11 @@ void Worker::RenderLoop() {
       }
     } catch (const UnreachableError&) {
       Release(held.unit.id);
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {
+      if (held.stop->Requested()) {
+        Release(held.unit.id);
+        continue;
+      }
       try {
         Fail(held, UnitFailure::Kind::kWorker, error.what());
       } catch (const Error&) {
@@ -270,7 +272,7 @@ void Worker::Survey(const Held& held) {
   result.job = held.unit.job;
   Persistently(held.stop.get(), [&] {
     try {
-      result.survey = jobs_.Load(held.unit.description)->survey().Serialize();
+      result.survey = jobs_.Load(held.unit.description, *held.stop)->survey().Serialize();
     } catch (const UnreachableError&) {
       throw;
     } catch (const Error& error) {
@@ -297,7 +299,7 @@ void Worker::Render(const Held& held) {
   std::shared_ptr<const State> state;
   try {
     Persistently(held.stop.get(), [&] {
-      job = jobs_.Load(held.unit.description);
+      job = jobs_.Load(held.unit.description, *held.stop);
       state = job->StateFor(unit.state, working_);
     });
   } catch (const Error& error) {
@@ -325,8 +327,7 @@ void Worker::Render(const Held& held) {
   changed_.notify_all();
 }
 
-// ---- results out
-// -------------------------------------------------------------------------------------------------------------------------------
+// ---- results out ----
 
 void Worker::DeliverLoop() {
   while (true) {

@@ -25,8 +25,8 @@ class Worker {
     int threads = 0;          // 0: UsableThreads()
     std::filesystem::path cache;
     uint64_t cache_bytes = uint64_t{20} << 30;
-    size_t max_scenes = 4;  // compiled, in memory
-    std::string name;       // "": host:pid
+    CompileTrial::Options trial;  // its memory is that of all compiled scenes, too
+    std::string name;             // "": host:pid
   };
   explicit Worker(const Options& options);
   ~Worker();

@@ -150,6 +150,7 @@ TEST_F(InProcessFarm, AWorkerStopsWithinATenthOfASecond) {
   options.coordinator = server->address();
   options.threads = 1;
   options.cache = folder.path() / "cache";
+  options.trial.program = LODESTAR_BINARY_DIR "/bin/lodestar-worker";
   Worker worker(options);
   std::thread thread([&] { worker.Run(); });
   const auto id = SubmitBox(spec);

@@ -1,6 +1,7 @@
 // Kill, stop, restart: the image is the same bits, and nothing hangs.
 #include <signal.h>
 
+#include <algorithm>
 #include <fstream>
 #include <future>
 
@@ -189,6 +190,39 @@ TEST_F(FarmFailure, ASceneInErrorFailsItsJobAlone) {
   EXPECT_FALSE(status.log.empty());
   EXPECT_EQ(Finish(good).phase, JobPhase::kDone);
   EXPECT_EQ(Finish(after).phase, JobPhase::kDone);
+}
+
+// Two small files that together ask for a million spheres, a thousand times what the worker may take for a scene.
+TEST_F(FarmFailure, ASceneThatTakesAllMemoryCostsItsJobAndNotTheWorker) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need more memory than such a limit leaves, and the worker sets none";
+#endif
+  StartCoordinator();
+  auto& worker = StartWorker({"--scene-memory", "500"});
+  const auto folder = folder_.path() / "scene";
+  std::ofstream(folder / "many.pbrt") << "Camera \"perspective\"\nWorldBegin\n";
+  {
+    std::ofstream many(folder / "many.pbrt", std::ios::app), thousand(folder / "thousand.pbrt");
+    for (int i = 0; i < 20000; ++i) {
+      many << "Include \"thousand.pbrt\"\n";
+      if (i < 1000) thousand << "Shape \"sphere\"\n";
+    }
+  }
+  JobSubmission submission;
+  submission.name = "many";
+  submission.spec = BoxJob("path", 4);
+  submission.scene =
+      client().Upload(BundleScene({(folder / "many.pbrt").string(), (folder / "thousand.pbrt").string()}));
+  const auto status = Finish(client().SubmitJob(submission));
+  EXPECT_EQ(status.phase, JobPhase::kFailed);
+  EXPECT_NE(status.error.find("many.pbrt takes more than the 500 MiB"), std::string::npos) << status.error;
+  EXPECT_EQ(std::count_if(status.log.begin(), status.log.end(),
+                          [](const std::string& line) { return line.find("many.pbrt") != std::string::npos; }),
+            4)
+      << "three strikes, and the end";
+  EXPECT_TRUE(worker.running());
+  ExpectSame(SubmitBox(BoxJob("path", 4), "after"), BoxJob("path", 4));
+  EXPECT_TRUE(worker.running());
 }
 
 TEST_F(FarmFailure, ListensOffLoopbackOnlyWhenTold) {

@@ -32,9 +32,10 @@ std::string DefaultCache() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 4 && argv[1] == std::string_view(lodestar::kTrialWord)) return lodestar::RunTrial(argv[2], argv[3]);
   lodestar::Worker::Options options;
   std::string cache = DefaultCache();
-  uint64_t cache_mib = options.cache_bytes >> 20;
+  uint64_t cache_mib = options.cache_bytes >> 20, scene_mib = 0;
   CLI::App app("Renders for a Lodestar farm.");
   app.set_version_flag("--version", LODESTAR_VERSION);
   app.footer(kFooter);
@@ -46,8 +47,9 @@ int main(int argc, char** argv) {
   app.add_option("--cache", cache, "Folder for scene files, may be shared by workers of one machine")
       ->capture_default_str();
   app.add_option("--cache-limit", cache_mib, "MiB of scene files to keep there")->capture_default_str();
-  app.add_option("--scenes", options.max_scenes, "Compiled scenes to keep in memory")
-      ->check(CLI::Range(1, 1000))
+  app.add_option("--scene-memory", scene_mib,
+                 "MiB of memory that compiling a scene may take (one that takes more is given back), and that compiled "
+                 "scenes may take together; 0: half of this machine's or cgroup's")
       ->capture_default_str();
   app.add_option("--name", options.name, "Name in lists and logs; default host:pid");
   try {
@@ -61,6 +63,7 @@ int main(int argc, char** argv) {
   try {
     options.cache = cache;
     options.cache_bytes = cache_mib << 20;
+    options.trial.memory_bytes = scene_mib << 20;
     lodestar::Worker worker(options);
     std::thread([&worker, signals] {
       int signal = 0;
