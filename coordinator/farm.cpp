@@ -101,6 +101,16 @@ uint32_t Farm::LiveWorkers(const std::string& fingerprint) const {
   return count;
 }
 
+// A worker that has given a job's work back (its memory is too small, its disk full) gets none of it while there are
+// others to ask.
+bool Farm::LeftToOthers(const Job& job, const WorkerId& worker) const {
+  if (!job.gave_back.contains(worker)) return false;
+  return std::any_of(workers_.begin(), workers_.end(), [&](const auto& other) {
+    return !job.gave_back.contains(other.first) &&
+           (job.stored.fingerprint.empty() || other.second.info.Fingerprint() == job.stored.fingerprint);
+  });
+}
+
 JobStatus Farm::Status(const Job& job) const {
   JobStatus s;
   s.id = job.stored.id();

@@ -45,9 +45,9 @@ class Farm {
   BlobStore& blobs() { return *blobs_; }
   // `changed` is called with every change from now on, and at once with the present.
   uint64_t Watch(const JobId& id, std::function<void(const JobStatus&)> changed);
-  void Unwatch(uint64_t watch);
+  void Unwatch(uint64_t watch);  // a call that is under way still comes
 
-  // ---- workers (farm_workers.cpp) ----
+  // ---- workers (farm_workers.cpp, farm_results.cpp) ----
   Registration Register(const WorkerInfo& info);
   using LeaseAnswer = std::function<void(std::optional<LeasedUnit>)>;
   using RenewAnswer = std::function<void(std::vector<LeaseId>)>;
@@ -57,7 +57,9 @@ class Farm {
                       RenewAnswer answer);
   void Withdraw(uint64_t call);
   std::shared_ptr<const Bytes> CompressedState(const ContentHash& hash) const;
-  ContributionOutcome SubmitContribution(const ContributionHeader& header, std::string_view compressed);
+  // `transfer`: how long it took to come, for lease sizes.
+  ContributionOutcome SubmitContribution(const ContributionHeader& header, std::string_view compressed,
+                                         Clock::Duration transfer);
   void SubmitSurvey(const SurveyResult& result);
   void ReportFailure(const UnitFailure& failure);
 
@@ -107,6 +109,7 @@ class Farm {
   void Changed(const Job& job, Deferred* deferred);
   LeaseId NewLeaseId() { return {(store_.epoch() << 32) | ++last_lease_}; }
   uint32_t LiveWorkers(const std::string& fingerprint) const;
+  bool LeftToOthers(const Job& job, const WorkerId& worker) const;
   std::optional<LeasedUnit> GrantSurvey(const WorkerId& id, const Worker& worker);
   std::optional<LeasedUnit> GrantRender(const WorkerId& id, const Worker& worker, bool copies);
   std::optional<LeasedUnit> GrantFor(const WorkerId& id);
@@ -125,7 +128,8 @@ class Farm {
   // On other threads, without mutex_.
   void Load();
   void Drive(Job& job);
-  void StoreResult(Job& job, const Loop& loop);
+  void End(Job& job, const Loop* loop, std::string failure);
+  void StoreResult(Job& job, const Loop& loop, JobPhase phase, const std::string& error);
   void StoreCheckpoint(Job& job, JobCheckpoint checkpoint);
   void Snapshot(Job& job, const Loop& loop);
   void TimerLoop();

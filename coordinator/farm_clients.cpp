@@ -101,6 +101,10 @@ std::shared_ptr<const Image> Farm::GetImage(const JobId& id) {
   }
   if (job.driving || job.stored.image.empty()) {
     if (job.image) return job.image;
+    if (Ended(job.stored.phase)) {
+      throw Error(ErrorKind::kConflict, id.value + " has no image: it ended before its first round was complete" +
+                                            (job.stored.error.empty() ? "" : " (" + job.stored.error + ")"));
+    }
     throw Error(ErrorKind::kConflict,
                 id.value + " has no image yet: " +
                     (Status(job).waiting_for.empty() ? "its first round is not complete"

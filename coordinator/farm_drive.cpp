@@ -80,7 +80,7 @@ void Farm::StoreCheckpoint(Job& job, JobCheckpoint checkpoint) {
   }
 }
 
-void Farm::StoreResult(Job& job, const Loop& loop) {
+void Farm::StoreResult(Job& job, const Loop& loop, JobPhase phase, const std::string& error) {
   const Image developed = loop.Develop();
   const ContentHash image = blobs_->Put(Compress(ImageToBytes(developed)));
   const std::string report = DumpJson(ReportToJson(FinalReport(loop, developed)), -1);
@@ -90,7 +90,8 @@ void Farm::StoreResult(Job& job, const Loop& loop) {
     checkpoint = std::exchange(stored.checkpoint, {});
     stored.image = image;
     stored.report = report;
-    stored.phase = loop.finished() ? JobPhase::kDone : JobPhase::kCancelled;
+    stored.phase = phase;
+    stored.error = error;
   });
   CrashPoint("done-committed");
   if (!checkpoint.empty()) blobs_->Drop(checkpoint);
@@ -98,7 +99,7 @@ void Farm::StoreResult(Job& job, const Loop& loop) {
 
 void Farm::Drive(Job& job) {
   std::string failure;
-  bool stored_result = false;
+  std::unique_ptr<Loop> loop;
   try {
     // Step 1: the loop, from where it was.
     JobCheckpoint resumed;
@@ -107,7 +108,7 @@ void Farm::Drive(Job& job) {
       std::lock_guard lock(mutex_);
       stored = job.stored;
     }
-    std::unique_ptr<Loop> loop = Restored(*blobs_, stored, &resumed);
+    loop = Restored(*blobs_, stored, &resumed);
     if (!loop) loop = std::make_unique<Loop>(job.spec, Survey::Parse(stored.survey));
     if (stored.phase != JobPhase::kRunning) Persist(job, [](StoredJob& stored) { stored.phase = JobPhase::kRunning; });
     // Step 2: checkpoints, at the pace of the options.
@@ -168,47 +169,52 @@ void Farm::Drive(Job& job) {
       Changed(job, &deferred);
     }
     loop->Run(executor, job.stop, hooks, clock_);
-    // Step 4: its end.
-    bool cancelled = false, ending = false;
+    // Step 4: within a round that has to be left, the last checkpoint is the job's position.
+    bool leaving = false;
     {
       std::lock_guard lock(mutex_);
       failure = job.failure;
-      cancelled = job.cancelled;
-      ending = ending_;
+      leaving = ending_ && !job.cancelled && failure.empty();
     }
-    if (!failure.empty() || loop->finished() || (cancelled && loop->passes() > 0)) {
-      writer.Wait();
-      if (loop->passes() > 0 && failure.empty()) {
-        StoreResult(job, *loop);
-        stored_result = true;
-      }
-    } else if (ending && !cancelled && !left) {
-      checkpoint(nullptr, true);
-    }
+    if (leaving && !left && !loop->finished()) checkpoint(nullptr, true);
   } catch (const Error& error) {
     failure = error.what();
   } catch (const std::exception& error) {
     failure = std::string("a bug of the coordinator: ") + error.what();
   }
+  End(job, loop.get(), failure);
+}
+
+// What the job ends as. One that has failed or was cancelled keeps the image of the rounds it has.
+void Farm::End(Job& job, const Loop* loop, std::string failure) {
   bool cancelled = false, ending = false;
-  JobPhase phase;
   {
     std::lock_guard lock(mutex_);
     cancelled = job.cancelled;
     ending = ending_;
-    phase = job.stored.phase;
-    job.driving = false;
     if (!failure.empty() && (job.log.empty() || job.log.back() != failure)) job.Log(failure);
   }
-  if (!failure.empty()) {
-    EndJob(job, JobPhase::kFailed, failure);
-  } else if (stored_result) {
-    EndJob(job, phase, "");
-  } else if (cancelled) {
-    EndJob(job, JobPhase::kCancelled, "");
-  } else if (!ending) {
-    EndJob(job, JobPhase::kFailed, "its loop ended early, which is a bug of the coordinator");
+  const bool finished = loop && loop->finished();
+  const bool goes_on = failure.empty() && !finished && !cancelled && ending;
+  if (failure.empty() && !finished && !cancelled && !ending)
+    failure = "its loop ended early, which is a bug of the coordinator";
+  const JobPhase phase = !failure.empty() ? JobPhase::kFailed : finished ? JobPhase::kDone : JobPhase::kCancelled;
+  if (!goes_on && loop && loop->passes() > 0) {
+    try {
+      StoreResult(job, *loop, phase, failure);
+    } catch (const std::exception& error) {
+      // A finished job whose image cannot be stored has failed; one that has failed keeps its first reason.
+      spdlog::error("{}: its image was not stored: {}", job.stored.id().value, error.what());
+      std::lock_guard lock(mutex_);
+      job.Log(std::string("its image was not stored: ") + error.what());
+      if (failure.empty()) failure = error.what();
+    }
   }
+  {
+    std::lock_guard lock(mutex_);
+    job.driving = false;
+  }
+  if (!goes_on) EndJob(job, failure.empty() ? phase : JobPhase::kFailed, failure);
 }
 
 }  // namespace lodestar

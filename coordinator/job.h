@@ -43,8 +43,9 @@ struct JobRun {
   ContentHash state_hash;
   std::shared_ptr<const Bytes> state_compressed;  // as it is sent
   std::vector<std::shared_ptr<OpenRound>> open;   // the round under way, and the announced one that may follow it
-  std::map<WorkerId, double> seconds_per_unit;    // for lease sizes only
-  double mean_seconds_per_unit = 0;
+  // For lease sizes only.
+  std::map<WorkerId, double> seconds_per_unit;
+  LeaseCosts mean;
   double bytes_per_unit = 0;
 };
 
@@ -64,6 +65,7 @@ struct Job {
   std::set<WorkerId> asked;  // to survey
   std::set<WorkerId> lost;   // workers lost on it since something was last committed
   Clock::Duration last_loss{};
+  std::set<WorkerId> gave_back;  // workers that could not do its work, for a reason of their own
 
   std::shared_ptr<JobRun> run;
   std::thread driver;

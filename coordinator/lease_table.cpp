@@ -156,15 +156,15 @@ bool LeaseTable::Covered(TreeNode node) const {
 }
 
 uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers,
-                    double seconds_per_unit, bool more_follows) {
-  workers = std::max(workers, 1u);
-  double units = static_cast<double>(unit_count) / (6.0 * workers);
-  if (!more_follows) units = std::min(units, static_cast<double>(free_units) / (3.0 * workers));
-  if (seconds_per_unit > 0) {
-    units = std::max(units, sizing.shortest / seconds_per_unit);
-    units = std::min(units, sizing.longest / seconds_per_unit);
-    // However short a unit is, no worker takes more than its share of what is left.
-    units = std::min(units, static_cast<double>(unit_count) / workers);
+                    const LeaseCosts& costs, bool more_follows) {
+  const double all = std::max(workers, 1u), part = (more_follows ? unit_count : free_units) / all;
+  // Step 1: the work. A sixth of a part keeps workers of different speed even; at a round's end a third of what is left.
+  double units = more_follows ? unit_count / (6 * all) : std::min(unit_count / (6 * all), part / 3);
+  if (costs.seconds_per_unit > 0) {
+    units = std::min(units, sizing.seconds / costs.seconds_per_unit);
+    // Step 2: what it costs beside.
+    units = std::max(units, sizing.costs * costs.seconds_per_lease / costs.seconds_per_unit);
+    units = std::min(units, more_follows ? part : part / 2);
   }
   // The nearest power of two: blocks are aligned.
   const auto whole = static_cast<uint32_t>(std::max(1.0, units * 1.4));

@@ -81,12 +81,19 @@ class LeaseTable {
   std::map<LeaseId, LeaseEntry> leases_;
 };
 
-// How many units a fresh lease should have at most. Each worker gets about six leases a round, fewer units toward its
-// end unless more work follows at once; between `shortest` and `longest` of expected time. For scheduling only.
+// How many units a fresh lease should have: `seconds` of work, or a sixth of its worker's part where the round has less
+// than six such leases for each. Moreover at least `costs` times what its transfer and merge take; but, whatever that is,
+// never more than a worker's part of the round, and half of its part of what is left where no more work follows at once,
+// so that all end together. For scheduling only.
 struct LeaseSizing {
-  double shortest = 0.02, longest = 2;
+  double seconds = 2, costs = 50;
+};
+// What is known of a job's units and leases; 0: nothing yet.
+struct LeaseCosts {
+  double seconds_per_unit = 0;   // of rendering
+  double seconds_per_lease = 0;  // of transfer and merge
 };
 uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers,
-                    double seconds_per_unit, bool more_follows);
+                    const LeaseCosts& costs, bool more_follows);
 
 }  // namespace lodestar

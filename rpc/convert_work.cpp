@@ -15,6 +15,23 @@ ContentHash Hash(const std::string& hex, const char* what) {
   if (!IsContentHash(hex)) Refuse(std::string(what) + " is not a SHA-256 of 64 lower-case hex digits");
   return {hex};
 }
+
+// Who, under which lease, for which job: what every message of a worker's begins with.
+template <class Message, class Value>
+void PutSender(const Value& value, Message* m) {
+  m->set_worker_id(value.worker.value);
+  m->set_lease_id(value.lease.value);
+  m->set_job_id(value.job.value);
+}
+template <class Value, class Message>
+Value TakeSender(const Message& m) {
+  Value value;
+  value.worker.value = m.worker_id();
+  value.lease.value = m.lease_id();
+  value.job.value = m.job_id();
+  return value;
+}
+
 std::string Limited(const std::string& text) {
   return text.size() <= kMaxText ? text : text.substr(0, kMaxText) + " [cut]";
 }
@@ -86,9 +103,7 @@ LeasedUnit FromProto(const v1::Lease& m) {
 
 v1::ContributionHeader ToProto(const ContributionHeader& h) {
   v1::ContributionHeader m;
-  m.set_worker_id(h.worker.value);
-  m.set_lease_id(h.lease.value);
-  m.set_job_id(h.job.value);
+  PutSender(h, &m);
   *m.mutable_round() = ToProto(h.round);
   *m.mutable_node() = ToProto(h.node);
   m.set_state_sha256(h.state.hex);
@@ -98,10 +113,7 @@ v1::ContributionHeader ToProto(const ContributionHeader& h) {
   return m;
 }
 ContributionHeader FromProto(const v1::ContributionHeader& m) {
-  ContributionHeader h;
-  h.worker.value = m.worker_id();
-  h.lease.value = m.lease_id();
-  h.job.value = m.job_id();
+  auto h = TakeSender<ContributionHeader>(m);
   h.round = FromProto(m.round());
   h.node = FromProto(m.node());
   h.state = Hash(m.state_sha256(), "a contribution's state");
@@ -131,9 +143,7 @@ WorkerInfo FromProto(const v1::RegisterRequest& m) {
 
 v1::SubmitSurveyRequest ToProto(const SurveyResult& r) {
   v1::SubmitSurveyRequest m;
-  m.set_worker_id(r.worker.value);
-  m.set_lease_id(r.lease.value);
-  m.set_job_id(r.job.value);
+  PutSender(r, &m);
   if (r.scene_error.empty()) {
     m.set_survey(r.survey);
   } else {
@@ -143,10 +153,7 @@ v1::SubmitSurveyRequest ToProto(const SurveyResult& r) {
   return m;
 }
 SurveyResult FromProto(const v1::SubmitSurveyRequest& m) {
-  SurveyResult r;
-  r.worker.value = m.worker_id();
-  r.lease.value = m.lease_id();
-  r.job.value = m.job_id();
+  auto r = TakeSender<SurveyResult>(m);
   r.survey = m.survey();
   r.scene_error = Limited(m.scene_error());
   if (m.result_case() == v1::SubmitSurveyRequest::RESULT_NOT_SET) Refuse("a survey without a result");
@@ -159,9 +166,7 @@ SurveyResult FromProto(const v1::SubmitSurveyRequest& m) {
 
 v1::ReportFailureRequest ToProto(const UnitFailure& f) {
   v1::ReportFailureRequest m;
-  m.set_worker_id(f.worker.value);
-  m.set_lease_id(f.lease.value);
-  m.set_job_id(f.job.value);
+  PutSender(f, &m);
   m.set_kind(static_cast<v1::ReportFailureRequest::Kind>(f.kind));
   m.set_message(f.message);
   return m;
@@ -169,11 +174,8 @@ v1::ReportFailureRequest ToProto(const UnitFailure& f) {
 UnitFailure FromProto(const v1::ReportFailureRequest& m) {
   if (m.kind() < v1::ReportFailureRequest::KIND_RETURNED || m.kind() > v1::ReportFailureRequest::KIND_WORKER)
     Refuse("a failure of an unknown kind");
-  UnitFailure f;
+  auto f = TakeSender<UnitFailure>(m);
   f.kind = static_cast<UnitFailure::Kind>(m.kind());
-  f.worker.value = m.worker_id();
-  f.lease.value = m.lease_id();
-  f.job.value = m.job_id();
   f.message = Limited(m.message());
   return f;
 }

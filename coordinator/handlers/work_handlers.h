@@ -33,6 +33,7 @@ class SubmitContribution {
  private:
   Farm& farm_;
   std::optional<ContributionHeader> header_;
+  Clock::Duration begun_{};
   Bytes compressed_;
 };
 

@@ -1,15 +1,12 @@
 #include "coordinator/handlers/farm_handlers.h"
-#include "coordinator/service/reactors.h"
-#include "coordinator/service/services.h"
+#include "coordinator/service/over_farm.h"
 
 namespace lodestar {
 namespace {
 
-using Context = grpc::CallbackServerContext;
-
-class FarmService final : public v1::Farm::CallbackService {
+class FarmService final : public OverFarm<v1::Farm::CallbackService> {
  public:
-  FarmService(Farm& farm, WorkPool& pool) : farm_(farm), pool_(pool) {}
+  using OverFarm::OverFarm;
 
   grpc::ServerUnaryReactor* SubmitJob(Context* c, const v1::SubmitJobRequest* q, v1::SubmitJobReply* r) override {
     return Call(c, q, r, lodestar::SubmitJob);
@@ -33,7 +30,7 @@ class FarmService final : public v1::Farm::CallbackService {
     return Call(c, q, r, lodestar::HasAssets);
   }
   grpc::ServerWriteReactor<v1::ImageChunk>* GetImage(Context* c, const v1::GetImageRequest* q) override {
-    return ChunkWriter<v1::ImageChunk>::Start(c, pool_, q, [this, q] { return lodestar::GetImage(farm_, *q); });
+    return Parts(c, q, lodestar::GetImage);
   }
   grpc::ServerReadReactor<v1::AssetChunk>* PutAsset(Context* c, v1::PutAssetReply* r) override {
     return new ChunkReader<lodestar::PutAsset, v1::AssetChunk, v1::PutAssetReply>(c, pool_, r, farm_);
@@ -53,16 +50,6 @@ class FarmService final : public v1::Farm::CallbackService {
     }
     return writer;
   }
-
- private:
-  template <class Request, class Reply>
-  grpc::ServerUnaryReactor* Call(Context* context, const Request* request, Reply* reply,
-                                 void (*handler)(Farm&, const Request&, Reply*)) {
-    return Answer<Request, Reply>(context, pool_, request, reply,
-                                  [this, handler](const Request& q, Reply* r) { handler(farm_, q, r); });
-  }
-  Farm& farm_;
-  WorkPool& pool_;
 };
 
 }  // namespace

@@ -60,8 +60,9 @@ Server::Server(Farm& farm, const Options& options) : impl_(std::make_unique<Impl
 }
 
 Server::~Server() {
-  if (impl_ && impl_->server)
-    impl_->server->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
+  if (impl_->server) impl_->server->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
+  // What calls have left in the pool still speaks to the services.
+  impl_->pool.Drain();
 }
 
 int Server::port() const {

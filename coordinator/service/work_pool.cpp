@@ -20,19 +20,20 @@ WorkPool::WorkPool(int threads, size_t max_queued) : max_queued_(max_queued) {
   }
 }
 
-WorkPool::~WorkPool() {
+void WorkPool::Drain() {
   {
     std::lock_guard lock(mutex_);
     ending_ = true;
   }
   wake_.notify_all();
   for (auto& thread : threads_) thread.join();
+  threads_.clear();
 }
 
 bool WorkPool::Post(std::function<void()> task) {
   {
     std::lock_guard lock(mutex_);
-    if (tasks_.size() >= max_queued_) return false;
+    if (ending_ || tasks_.size() >= max_queued_) return false;
     tasks_.push_back(std::move(task));
   }
   wake_.notify_one();

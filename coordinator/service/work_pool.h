@@ -13,8 +13,10 @@ namespace lodestar {
 class WorkPool {
  public:
   explicit WorkPool(int threads, size_t max_queued = 4096);
-  ~WorkPool();  // finishes what is queued
-  // False when the queue is full.
+  ~WorkPool() { Drain(); }
+  // Finishes what is queued; nothing is taken any more.
+  void Drain();
+  // False when the queue is full, or drained.
   bool Post(std::function<void()> task);
 
  private:

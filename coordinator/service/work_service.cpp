@@ -1,15 +1,12 @@
 #include "coordinator/handlers/work_handlers.h"
-#include "coordinator/service/reactors.h"
-#include "coordinator/service/services.h"
+#include "coordinator/service/over_farm.h"
 
 namespace lodestar {
 namespace {
 
-using Context = grpc::CallbackServerContext;
-
-class WorkService final : public v1::Work::CallbackService {
+class WorkService final : public OverFarm<v1::Work::CallbackService> {
  public:
-  WorkService(Farm& farm, WorkPool& pool) : farm_(farm), pool_(pool) {}
+  using OverFarm::OverFarm;
 
   grpc::ServerUnaryReactor* Register(Context* c, const v1::RegisterRequest* q, v1::RegisterReply* r) override {
     return Call(c, q, r, lodestar::Register);
@@ -29,10 +26,10 @@ class WorkService final : public v1::Work::CallbackService {
     return Park(c, q, r, lodestar::RenewLease);
   }
   grpc::ServerWriteReactor<v1::StateChunk>* FetchState(Context* c, const v1::FetchStateRequest* q) override {
-    return ChunkWriter<v1::StateChunk>::Start(c, pool_, q, [this, q] { return lodestar::FetchState(farm_, *q); });
+    return Parts(c, q, lodestar::FetchState);
   }
   grpc::ServerWriteReactor<v1::AssetChunk>* FetchAsset(Context* c, const v1::FetchAssetRequest* q) override {
-    return ChunkWriter<v1::AssetChunk>::Start(c, pool_, q, [this, q] { return lodestar::FetchAsset(farm_, *q); });
+    return Parts(c, q, lodestar::FetchAsset);
   }
   grpc::ServerReadReactor<v1::ContributionChunk>* SubmitContribution(Context* c,
                                                                      v1::SubmitContributionReply* r) override {
@@ -41,12 +38,6 @@ class WorkService final : public v1::Work::CallbackService {
   }
 
  private:
-  template <class Request, class Reply>
-  grpc::ServerUnaryReactor* Call(Context* context, const Request* request, Reply* reply,
-                                 void (*handler)(Farm&, const Request&, Reply*)) {
-    return Answer<Request, Reply>(context, pool_, request, reply,
-                                  [this, handler](const Request& q, Reply* r) { handler(farm_, q, r); });
-  }
   template <class Request, class Reply>
   grpc::ServerUnaryReactor* Park(Context* context, const Request* request, Reply* reply,
                                  uint64_t (*handler)(Farm&, const Request&, std::function<bool(const Reply&)>)) {
@@ -62,8 +53,6 @@ class WorkService final : public v1::Work::CallbackService {
     });
     return call;
   }
-  Farm& farm_;
-  WorkPool& pool_;
 };
 
 }  // namespace

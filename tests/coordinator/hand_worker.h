@@ -30,6 +30,9 @@ class HandWorker {
   void Survey(const LeasedUnit& unit) {
     client_.SubmitSurvey({id_, unit.id, unit.job, compiled_.survey.Serialize(), "", {}});
   }
+  void Fail(const LeasedUnit& unit, const std::string& why) {
+    client_.ReportFailure({UnitFailure::Kind::kWorker, id_, unit.id, unit.job, why});
+  }
   ContributionOutcome Render(const LeasedUnit& unit) {
     const RenderUnit& r = *unit.render;
     if (state_hash_ != r.state) {

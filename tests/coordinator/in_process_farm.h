@@ -11,6 +11,7 @@
 namespace lodestar {
 
 struct InProcessFarm : testing::Test {
+  ManualClock clock;  // of a farm whose time the test moves
   TemporaryFolder folder;
   SceneBundle box = WriteBox(folder.path() / "scene");
   std::unique_ptr<Farm> farm;
@@ -18,7 +19,8 @@ struct InProcessFarm : testing::Test {
   std::unique_ptr<FarmClient> client;
   Farm::Options options;
 
-  InProcessFarm() {
+  explicit InProcessFarm(bool manual_time = false) {
+    if (manual_time) options.clock = &clock;
     options.store = folder.path() / "store";
     options.leases.duration = std::chrono::seconds(2);
     options.leases.straggler_grace = std::chrono::milliseconds(50);

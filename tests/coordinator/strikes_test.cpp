@@ -8,16 +8,9 @@ namespace {
 using std::chrono::seconds;
 
 struct Strikes : InProcessFarm {
-  ManualClock clock;
-  Strikes() {
-    End();
-    options.clock = &clock;
-    options.leases.duration = seconds(10);
-    Start();
-  }
-  ~Strikes() override { End(); }  // before the clock goes
+  Strikes() : InProcessFarm(true) {}
   // A lease that nobody renews is over, but its worker is not forgotten yet.
-  void LoseLeases() { clock.Advance(seconds(11)); }
+  void LoseLeases() { clock.Advance(options.leases.duration + std::chrono::milliseconds(1)); }
   size_t LossesSaid(const JobId& id) {
     size_t count = 0;
     for (const auto& line : client->GetJob(id).log) count += line.starts_with("lost worker-");
@@ -89,6 +82,68 @@ TEST_F(Strikes, LossesCountOnceAtATimeAndNotBeyondAResult) {
   lose(1);
   ASSERT_TRUE(Eventually(seconds(10), [&] { return Ended(client->GetJob(id).phase); }));
   EXPECT_EQ(client->GetJob(id).phase, JobPhase::kFailed);
+}
+
+TEST_F(Strikes, AFailedJobKeepsTheImageOfItsRounds) {
+  auto spec = BoxJob("path", 1000000);
+  const auto id = SubmitBox(spec);
+  {
+    HandWorker worker(server->address(), box, spec, "first");
+    const auto survey = worker.Lease();
+    ASSERT_TRUE(survey && !survey->render);
+    worker.Survey(*survey);
+    EXPECT_THROW(client->GetImage(id), Error) << "nothing has been rendered";
+    while (client->GetJob(id).passes < 3) {
+      const auto unit = worker.Lease();
+      ASSERT_TRUE(unit);
+      worker.Render(*unit);
+    }
+    ASSERT_TRUE(worker.Lease());
+  }
+  for (size_t said = 1; said <= 3; ++said) {
+    LoseLeases();
+    ASSERT_TRUE(Eventually(seconds(10), [&] { return LossesSaid(id) == said; }));
+    if (said == 3) break;
+    ASSERT_TRUE(HandWorker(server->address(), box, spec, "unlucky").Lease());
+  }
+  const auto status = client->Watch(id, {});
+  EXPECT_EQ(status.phase, JobPhase::kFailed);
+  spec.budget.spp = status.passes;
+  const auto expected = RenderHere(box, spec);
+  for (const char* when : {"now", "after a restart"}) {
+    EXPECT_TRUE(SameBits(client->GetImage(id), expected.image)) << when;
+    EXPECT_NE(client->GetReport(id).find(expected.report.image_hash.hex), std::string::npos) << when;
+    EXPECT_EQ(client->GetJob(id).log.back(), status.error) << when;
+    End();
+    Start();
+  }
+}
+
+TEST_F(InProcessFarm, WhatAWorkerCannotDoIsLeftToOthers) {
+  End();
+  options.leases.duration = seconds(60);
+  Start();
+  const auto spec = BoxJob("path", 8);
+  const auto id = SubmitBox(spec);
+  HandWorker small(server->address(), box, spec, "small"), large(server->address(), box, spec, "large");
+  auto unit = small.Lease();
+  ASSERT_TRUE(unit && !unit->render);
+  small.Fail(*unit, "compiling box.pbrt takes more than 1 MiB");
+  EXPECT_FALSE(small.Lease(std::chrono::milliseconds(50))) << "there is another";
+  unit = large.Lease();
+  ASSERT_TRUE(unit && !unit->render);
+  large.Survey(*unit);
+  unit = large.Lease();
+  ASSERT_TRUE(unit && unit->render);
+  EXPECT_FALSE(small.Lease(std::chrono::milliseconds(50)));
+  // Left alone with it, it is asked again; and the third time ends the job, with its reason.
+  large.Fail(*unit, "disk full");
+  ASSERT_TRUE(unit = small.Lease());
+  small.Fail(*unit, "compiling box.pbrt takes more than 1 MiB");
+  const auto status = client->Watch(id, {});
+  EXPECT_EQ(status.phase, JobPhase::kFailed);
+  EXPECT_NE(status.error.find("box.pbrt"), std::string::npos) << status.error;
+  EXPECT_EQ(status.log[1], "large: disk full");
 }
 
 }  // namespace
