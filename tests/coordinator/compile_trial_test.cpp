@@ -14,13 +14,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Trial : testing::Test {
+struct CompileTrialTest : testing::Test {
   TemporaryFolder folder;
   JobDescription description;
   StopToken stop;
   CompileTrial::Options options{LODESTAR_BINARY_DIR "/bin/lodestar-worker", uint64_t{4} << 30};
 
-  Trial() {
+  CompileTrialTest() {
     WriteBox(folder.path() / "scene");
     description.scene.main = "box.pbrt";
     description.spec = BoxJob("path", 4);
@@ -44,7 +44,7 @@ struct Trial : testing::Test {
   uint64_t bytes = 0;
 };
 
-TEST_F(Trial, SaysHowMuchMemoryASceneTakes) {
+TEST_F(CompileTrialTest, SaysHowMuchMemoryASceneTakes) {
   EXPECT_EQ(Run(), "");
   EXPECT_GT(bytes, uint64_t{4} << 20);
   EXPECT_LT(bytes, options.memory_bytes);
@@ -52,14 +52,14 @@ TEST_F(Trial, SaysHowMuchMemoryASceneTakes) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
 }
 
-TEST_F(Trial, ErrorsOfTheSceneAreItsOwn) {
+TEST_F(CompileTrialTest, ErrorsOfTheSceneAreItsOwn) {
   std::ofstream(folder.path() / "scene" / "block.pbrt") << "Shape \"teapot\"\n";
   ErrorKind kind = ErrorKind::kIo;
   EXPECT_NE(Run(&kind).find("block.pbrt:1:"), std::string::npos);
   EXPECT_NE(kind, ErrorKind::kIo) << "which would be the worker's fault";
 }
 
-TEST_F(Trial, ADeathNamesTheSceneAndTheSignal) {
+TEST_F(CompileTrialTest, ADeathNamesTheSceneAndTheSignal) {
   Instead("kill -SEGV $$");
   ErrorKind kind = ErrorKind::kInvalidInput;
   const auto said = Run(&kind);
@@ -72,7 +72,7 @@ TEST_F(Trial, ADeathNamesTheSceneAndTheSignal) {
   EXPECT_NE(Run().find("cannot be started"), std::string::npos);
 }
 
-TEST_F(Trial, AStopRequestEndsIt) {
+TEST_F(CompileTrialTest, AStopRequestEndsIt) {
   Instead("exec sleep 1000");
   std::thread other([&] { stop.Request(); });
   const auto start = std::chrono::steady_clock::now();

@@ -134,11 +134,11 @@ class DirectWorker {
   uint64_t held_ = 0;
 };
 
-struct Threads : testing::Test {
+struct FarmThreads : testing::Test {
   TemporaryFolder folder;
   SceneBundle box = WriteBox(folder.path() / "scene");
   Farm::Options options;
-  Threads() {
+  FarmThreads() {
     options.store = folder.path() / "store";
     options.blobs.reserve_bytes = 1 << 20;
     options.checkpoint_interval = options.checkpoint_least = std::chrono::milliseconds(5);
@@ -206,7 +206,7 @@ struct Threads : testing::Test {
   }
 };
 
-TEST_F(Threads, ClientsAndWorkersAtOnce) {
+TEST_F(FarmThreads, ClientsAndWorkersAtOnce) {
   const auto spec = BoxJob("sdtree", 32);
   const auto expected = RenderHere(box, spec);
   Farm farm(options);
@@ -236,7 +236,7 @@ TEST_F(Threads, ClientsAndWorkersAtOnce) {
 }
 
 // The farm may end at any moment while others call it; what it has stored is enough.
-TEST_F(Threads, EndsWhileItIsAsked) {
+TEST_F(FarmThreads, EndsWhileItIsAsked) {
   const auto spec = BoxJob("sdtree", 32);
   std::string id;
   for (int run = 0; run < 3; ++run) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "core/base/error.h"
@@ -389,6 +390,19 @@ TEST(Loop, JobsWithoutSenseAreRefused) {
   JobSpec negative = SyntheticJob("path", 1);
   negative.budget.seconds = -1;
   EXPECT_THROW(Loop(negative, SyntheticSurvey()), Error);
+}
+
+TEST(Loop, WhatTheMethodRefusedToLearnIsInTheHealthReport) {
+  const JobSpec job = SyntheticJob("sdtree", 31);
+  Loop loop(job, SyntheticSurvey());
+  SyntheticExecutor executor(loop, {});
+  loop.Run(executor, StopToken(), {});
+  const auto training = std::count_if(executor.rounds.begin(), executor.rounds.end(),
+                                      [](const Round& round) { return round.record; });
+  ASSERT_GT(training, 1);
+  const HealthReport health = loop.Report().health;
+  EXPECT_EQ(health.counts[static_cast<size_t>(HealthEvent::kRefused)], static_cast<uint64_t>(training));
+  EXPECT_EQ(health.counts[static_cast<size_t>(HealthEvent::kSaturated)], 0u);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ inline Rgb SyntheticMean(uint32_t x, uint32_t y) {
 }
 
 // One unit. Every pass of a pixel is a sample of mean SyntheticMean and relative variance 1/12 * noise^2, and one
-// record in a training round.
+// record in a training round; unit 1 also has one of no density, which is refused.
 inline Contribution RenderUnit(const JobSpec& job, const Method& method, const std::shared_ptr<const State>& state,
                                const TileGrid& grid, const Round& round, uint32_t unit, float noise = 1) {
   Contribution result;
@@ -89,6 +89,7 @@ inline Contribution RenderUnit(const JobSpec& job, const Method& method, const s
   result.vertices = result.paths * 2;
   if (unit == 1 && round.first_pass <= 5)
     result.health.Count(HealthEvent::kClamped, rect.x0, rect.y0, round.first_pass, round.iteration);
+  if (unit == 1 && learned != nullptr) learned->sums().Record({.direction = {0, 0, 1}, .radiance = 1, .pdf = 0}, {});
   return result;
 }
 

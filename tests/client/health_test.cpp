@@ -1,0 +1,99 @@
+// A render that meets a sample which is not a number one can add says so, and prints the command that gives that very
+// sample again.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/scene/pbrt_parser.h"
+#include "core/tracing/local_executor.h"
+#include "tests/client/run_program.h"
+
+namespace lodestar {
+namespace {
+
+using testing::HasSubstr;
+
+// A spot so strong and so near that light which comes back to where it shines is beyond the range of float.
+constexpr const char* kBlindingScene = R"(
+LookAt 0 1 3  0 0.5 0  0 1 0
+Camera "perspective" "float fov" [ 40 ]
+Film "rgb" "integer xresolution" [ 16 ] "integer yresolution" [ 12 ]
+PixelFilter "box" "float xradius" [ 0.5 ] "float yradius" [ 0.5 ]
+Integrator "path" "integer maxdepth" [ 4 ]
+WorldBegin
+LightSource "spot" "rgb I" [ 3e38 3e38 3e38 ] "point3 from" [ 0 0.3 0 ] "point3 to" [ 0 0 0 ]
+  "float coneangle" [ 15 ] "float conedeltaangle" [ 1 ]
+Material "diffuse" "rgb reflectance" [ 0.9 0.9 0.9 ]
+Shape "trianglemesh" "point3 P" [ -2 0 -2  2 0 -2  2 0 2  -2 0 2 ] "integer indices" [ 0 1 2 0 2 3 ]
+)";
+
+// The whole render, in this process; on its way it looks at the sample with the state that is in use.
+class Onlooker final : public Executor {
+ public:
+  Onlooker(const CompiledJob& compiled, const JobSpec& job, const Method& method, const nlohmann::json& first)
+      : compiled_(compiled), job_(job), method_(method), first_(first), local_(compiled.scene, job, method) {}
+  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                      const StopToken& stop) override {
+    const uint32_t pass = first_["pass"];
+    if (pass >= round.first_pass && pass < round.first_pass + round.passes) {
+      EXPECT_EQ(round.iteration, first_["iteration"].get<uint32_t>());
+      seen = PrepareTracer(compiled_.scene, job_, method_, state)
+                 ->TraceSample(first_["pixel"][0], first_["pixel"][1], pass, round.record);
+    }
+    return local_.Execute(state, round, stop);
+  }
+  Rgb seen;
+
+ private:
+  const CompiledJob& compiled_;
+  const JobSpec& job_;
+  const Method& method_;
+  const nlohmann::json first_;
+  LocalExecutor local_;
+};
+
+std::string Bits(Rgb c) {
+  char text[96];
+  std::snprintf(text, sizeof text, "%a %a %a", static_cast<double>(c.r), static_cast<double>(c.g),
+                static_cast<double>(c.b));
+  return text;
+}
+
+class Health : public testing::TestWithParam<std::string> {};
+
+TEST_P(Health, ThePrintedCommandReplaysTheSampleToTheBit) {
+  TestFolder folder;
+  const std::string scene = folder.Write("blinding.pbrt", kBlindingScene);
+  const Ran ran = RunLodestar({"render", scene, "--method", GetParam(), "--spp", "31", "--seed", "0", "-o",
+                               folder / "a.pfm", "--json"},
+                              {"LODESTAR_PLOT=/nonexistent"});
+  ASSERT_EQ(ran.code, 0) << ran.err;
+  const auto health = nlohmann::json::parse(ran.out)["health"];
+  EXPECT_GT(health["counts"]["infinite"], 0) << health;
+  ASSERT_EQ(health["first"]["event"], "infinite") << health;
+  const std::string command = health["replay"];
+  ASSERT_TRUE(command.starts_with("lodestar replay ")) << command;
+
+  // As the user would: in a shell that finds the program.
+  const Ran replayed = RunProgram(
+      {"sh", "-c", "PATH=\"$(dirname '" LODESTAR_PROGRAM "'):$PATH\"; " + command + " --json"});
+  ASSERT_EQ(replayed.code, 0) << replayed.err;
+  const auto sample = nlohmann::json::parse(replayed.out);
+  EXPECT_EQ(sample["event"], "infinite");
+  EXPECT_THAT(sample["bits"].get<std::string>(), HasSubstr("inf"));
+
+  JobSpec job;
+  job.method = GetParam();
+  job.budget.spp = 31;
+  const CompiledJob compiled = CompileJob(ParsePbrtFile(scene), job);
+  Loop loop(job, compiled.survey);
+  Onlooker onlooker(compiled, job, loop.method(), health["first"]);
+  loop.Run(onlooker, StopToken(), {});
+  EXPECT_EQ(sample["bits"], Bits(onlooker.seen));
+}
+INSTANTIATE_TEST_SUITE_P(Of, Health, testing::Values("path", "sdtree"), [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace lodestar
