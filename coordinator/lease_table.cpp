@@ -158,7 +158,8 @@ bool LeaseTable::Covered(TreeNode node) const {
 uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers,
                     const LeaseCosts& costs, bool more_follows) {
   const double all = std::max(workers, 1u), part = (more_follows ? unit_count : free_units) / all;
-  // Step 1: the work. A sixth of a part keeps workers of different speed even; at a round's end a third of what is left.
+  // Step 1: the work. A sixth of a part keeps workers of different speed even; at a round's end a third of what is
+  // left.
   double units = more_follows ? unit_count / (6 * all) : std::min(unit_count / (6 * all), part / 3);
   if (costs.seconds_per_unit > 0) {
     units = std::min(units, sizing.seconds / costs.seconds_per_unit);

@@ -82,9 +82,9 @@ class LeaseTable {
 };
 
 // How many units a fresh lease should have: `seconds` of work, or a sixth of its worker's part where the round has less
-// than six such leases for each. Moreover at least `costs` times what its transfer and merge take; but, whatever that is,
-// never more than a worker's part of the round, and half of its part of what is left where no more work follows at once,
-// so that all end together. For scheduling only.
+// than six such leases for each. Moreover at least `costs` times what its transfer and merge take; but, whatever that
+// is, never more than a worker's part of the round, and half of its part of what is left where no more work follows at
+// once, so that all end together. For scheduling only.
 struct LeaseSizing {
   double seconds = 2, costs = 50;
 };

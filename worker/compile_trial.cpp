@@ -117,9 +117,9 @@ uint64_t CompileTrial::Run(const JobDescription& description, const fs::path& fo
     throw Error(ErrorKind::kIo, "compiling " + scene + " takes more than " + limit +
                                     "; render it where there is more, or raise lodestar-worker --scene-memory");
   }
-  const std::string death = WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status)) + " (" +
-                                                      strsignal(WTERMSIG(status)) + ")"
-                                                : "code " + std::to_string(code);
+  const std::string death =
+      WIFSIGNALED(status) ? "signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) + ")"
+                          : "code " + std::to_string(code);
   throw Error(ErrorKind::kIo, "compiling " + scene + " ended its process with " + death + ", within " + limit +
                                   "; 'lodestar inspect' shows whether it does so elsewhere too");
 }
@@ -142,8 +142,7 @@ int RunTrial(const std::string& folder, const std::string& memory_mib) {
   };
   try {
     const auto description = JobDescription::Parse(ReadFile(JobFile(folder)));
-    const auto scene =
-        ParsePbrtFile(fs::path(folder) / description.scene.main, {.lenient = description.spec.lenient});
+    const auto scene = ParsePbrtFile(fs::path(folder) / description.scene.main, {.lenient = description.spec.lenient});
     (void)CompileJob(scene, description.spec);
     WriteFile(ResultFile(folder), std::to_string(PeakBytes()));
     return kCompiled;

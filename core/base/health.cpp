@@ -5,19 +5,23 @@
 namespace lodestar {
 
 const char* HealthEventName(HealthEvent event) {
-  static constexpr const char* kNames[kHealthEvents] = {"nan", "infinite", "negative", "zero_pdf", "clamped", "saturated", "refused"};
+  static constexpr const char* kNames[kHealthEvents] = {"nan",     "infinite",  "negative", "zero_pdf",
+                                                        "clamped", "saturated", "refused"};
   return kNames[static_cast<int>(event)];
 }
 
 void HealthReport::Count(HealthEvent event, uint32_t x, uint32_t y, uint32_t pass, uint32_t iteration) {
   ++counts[static_cast<int>(event)];
   const Offender offender{x, y, pass, event, iteration};
-  if (std::tie(offender.pass, offender.pixel_y, offender.pixel_x) < std::tie(first.pass, first.pixel_y, first.pixel_x)) first = offender;
+  if (std::tie(offender.pass, offender.pixel_y, offender.pixel_x) < std::tie(first.pass, first.pixel_y, first.pixel_x))
+    first = offender;
 }
 
 void HealthReport::Merge(const HealthReport& other) {
   for (int i = 0; i < kHealthEvents; ++i) counts[i] += other.counts[i];
-  if (std::tie(other.first.pass, other.first.pixel_y, other.first.pixel_x) < std::tie(first.pass, first.pixel_y, first.pixel_x)) first = other.first;
+  if (std::tie(other.first.pass, other.first.pixel_y, other.first.pixel_x) <
+      std::tie(first.pass, first.pixel_y, first.pixel_x))
+    first = other.first;
 }
 
 uint64_t HealthReport::total() const {

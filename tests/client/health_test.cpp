@@ -66,9 +66,9 @@ class Health : public testing::TestWithParam<std::string> {};
 TEST_P(Health, ThePrintedCommandReplaysTheSampleToTheBit) {
   TestFolder folder;
   const std::string scene = folder.Write("blinding.pbrt", kBlindingScene);
-  const Ran ran = RunLodestar({"render", scene, "--method", GetParam(), "--spp", "31", "--seed", "0", "-o",
-                               folder / "a.pfm", "--json"},
-                              {"LODESTAR_PLOT=/nonexistent"});
+  const Ran ran = RunLodestar(
+      {"render", scene, "--method", GetParam(), "--spp", "31", "--seed", "0", "-o", folder / "a.pfm", "--json"},
+      {"LODESTAR_PLOT=/nonexistent"});
   ASSERT_EQ(ran.code, 0) << ran.err;
   const auto health = nlohmann::json::parse(ran.out)["health"];
   EXPECT_GT(health["counts"]["infinite"], 0) << health;
@@ -77,8 +77,8 @@ TEST_P(Health, ThePrintedCommandReplaysTheSampleToTheBit) {
   ASSERT_TRUE(command.starts_with("lodestar replay ")) << command;
 
   // As the user would: in a shell that finds the program.
-  const Ran replayed = RunProgram(
-      {"sh", "-c", "PATH=\"$(dirname '" LODESTAR_PROGRAM "'):$PATH\"; " + command + " --json"});
+  const Ran replayed =
+      RunProgram({"sh", "-c", "PATH=\"$(dirname '" LODESTAR_PROGRAM "'):$PATH\"; " + command + " --json"});
   ASSERT_EQ(replayed.code, 0) << replayed.err;
   const auto sample = nlohmann::json::parse(replayed.out);
   EXPECT_EQ(sample["event"], "infinite");
