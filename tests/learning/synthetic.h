@@ -89,7 +89,7 @@ inline Contribution RenderUnit(const JobSpec& job, const Method& method, const s
   result.vertices = result.paths * 2;
   if (unit == 1 && round.first_pass <= 5)
     result.health.Count(HealthEvent::kClamped, rect.x0, rect.y0, round.first_pass, round.iteration);
-  if (unit == 1 && learned != nullptr) learned->sums().Record({.direction = {0, 0, 1}, .radiance = 1, .pdf = 0}, {});
+  if (unit == 1 && learned != nullptr) learned->sums().Record({{}, {0, 0, 1}, 1, 0}, {});
   return result;
 }
 
