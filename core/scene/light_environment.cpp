@@ -37,21 +37,26 @@ EnvironmentLight::EnvironmentLight(const std::vector<Rgb>& pixels, int size, con
       row_guide_(GuidedCdf<>::Slots(size_)),
       column_guides_(size_ * size_t{RowCdf::Slots(size_)}) {
   LODESTAR_CHECK(size > 0 && pixels.size() == size_t{size_} * size_);
-  std::vector<float> weights(size_), rows(size_);
   double sum[3] = {0, 0, 0};
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    texels_[i].radiance = pixels[i];
+    for (int c = 0; c < 3; ++c) sum[c] += pixels[i][c];
+  }
+  const auto n = static_cast<double>(pixels.size());
+  for (int c = 0; c < 3; ++c) mean_[c] = static_cast<float>(sum[c] / n);
+  floor_ = Mean(mean_);
+  // One that is the same everywhere has nothing above its mean (but rounding).
+  const auto uneven = [this](const Texel& texel) { return Weight(texel.radiance) > 1e-3f * floor_; };
+  if (std::none_of(texels_.begin(), texels_.end(), uneven)) floor_ = 0;
+  std::vector<float> weights(size_), rows(size_);
   for (uint32_t y = 0; y < size_; ++y) {
     Texel* texels = &texels_[size_t{y} * size_];
-    for (uint32_t x = 0; x < size_; ++x) {
-      texels[x].radiance = pixels[size_t{y} * size_ + x];
-      weights[x] = Mean(texels[x].radiance);
-      for (int c = 0; c < 3; ++c) sum[c] += texels[x].radiance[c];
-    }
+    for (uint32_t x = 0; x < size_; ++x) weights[x] = Weight(texels[x].radiance);
     rows[y] =
         static_cast<float>(RowCdf::Build(weights, &texels[0].end, &column_guides_[y * size_t{RowCdf::Slots(size_)}]));
   }
-  const double total = GuidedCdf<>::Build(rows, row_ends_.data(), row_guide_.data()), n = double(pixels.size());
+  const double total = GuidedCdf<>::Build(rows, row_ends_.data(), row_guide_.data());
   density_ = total > 0 ? static_cast<float>(n / total * double{kUniformSpherePdf}) : 0;
-  for (int c = 0; c < 3; ++c) mean_[c] = static_cast<float>(sum[c] / n);
   // A rotation (and perhaps a mirror): made orthonormal, since files carry scales and rounding.
   const Vec3 x = Normalize(world_from_light.Vector({1, 0, 0}));
   const Vec3 y0 = world_from_light.Vector({0, 1, 0}), y = Normalize(y0 - x * Dot(x, y0));

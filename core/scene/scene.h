@@ -55,7 +55,8 @@ class Scene {
 
   // ---- lights ----
   bool has_lights() const;
-  // Nothing where the light picked cannot light p (wrong side, zero radiance).
+  // Nothing where the light picked cannot light p (wrong side, zero radiance). To be combined with directions drawn for
+  // the surface: the dim part of an environment image is never sampled (density 0, see light_environment.h).
   std::optional<LightSample> SampleLight(Vec3 p, float u_pick, Vec2 u) const;
   // Radiance leaving the emitter of si towards wo_world (world space).
   Rgb Emitted(const SurfaceInteraction& si, Vec3 wo_world) const;

@@ -20,7 +20,8 @@ using test::SceneBuilder;
 
 const double kLevel = test::SidakLevel(0.01, 60);
 
-// Irradiance at p on a surface with normal n.
+// Irradiance at p on a surface with normal n: by light sampling, where there is an environment combined with cosine
+// sampling of it (balance heuristic), since light sampling leaves its dim part out.
 Moments Irradiance(const Scene& scene, Vec3 p, Vec3 n, int samples, uint64_t seed = 1) {
   Random random(seed);
   Moments moments;
@@ -34,7 +35,14 @@ Moments Irradiance(const Scene& scene, Vec3 p, Vec3 n, int samples, uint64_t see
         ray.t_max = Length(s->target - p);
         ray.direction = (s->target - p) / ray.t_max;
       }
-      if (scene.Unoccluded(ray)) value = double(s->radiance.g) / s->pdf * Dot(n, s->wi);
+      const float cosine = Dot(n, s->wi), other_pdf = s->infinite && !s->delta ? cosine * kInvPi : 0;
+      if (scene.Unoccluded(ray)) value = double(s->radiance.g) / (s->pdf + other_pdf) * cosine;
+    }
+    if (scene.needs().environment) {
+      const Vec3 local = SquareToCosineHemisphere(random.Next2D()), w = Frame::FromNormal(n).ToWorld(local);
+      const auto seen = scene.Environment(w);
+      const float pdf = CosineHemispherePdf(local.z);
+      if (pdf > 0 && scene.Unoccluded({p, w, kInfinity})) value += double(seen.radiance.g) * local.z / (pdf + seen.pdf);
     }
     moments.Add(value);
   }
@@ -358,7 +366,7 @@ TEST(EnvironmentLight, DimSkyWithATinySun) {
   b.d.lights.push_back({InfiniteLight{Rgb(0.5f), path}, Transform::Rotate(35, {1, 2, 3}), {"test.pbrt", 1, 1}});
   const auto scene = b.Compile();
 
-  // 1. Counts by texel against brightness, through the scene's own interface.
+  // 1. Counts by texel against brightness above the mean, through the scene's own interface.
   const EnvironmentLight reference(image.pixels, kSize, Transform());
   const Transform light_from_world = Transform::Rotate(-35, {1, 2, 3});
   Random random(4);
@@ -374,9 +382,12 @@ TEST(EnvironmentLight, DimSkyWithATinySun) {
     observed[int(square.y * kSize) * kSize + int(square.x * kSize)] += 1;
   }
   EXPECT_LT(mismatches, kSamples / 1000);  // rounding at a texel's edge
-  double total = 0;
-  for (const Rgb& p : image.pixels) total += p.g;
-  for (size_t i = 0; i < expected.size(); ++i) expected[i] = image.pixels[i].g / total * kSamples;
+  double mean = 0, total = 0;
+  for (const Rgb& p : image.pixels) mean += double{p.g} / (kSize * kSize);
+  for (const Rgb& p : image.pixels) total += std::max(p.g - mean, 0.0);
+  for (size_t i = 0; i < expected.size(); ++i) {
+    expected[i] = std::max(image.pixels[i].g - mean, 0.0) / total * kSamples;
+  }
   // Pool into 16 x 16 blocks: texels beside the sun catch its rounding.
   std::vector<double> o(64), e(64);
   for (int i = 0; i < kSize * kSize; ++i) {
@@ -401,6 +412,44 @@ TEST(EnvironmentLight, DimSkyWithATinySun) {
   const auto t = test::TTest(Irradiance(*scene, {0, 0, 0}, n, 200000), irradiance, kLevel, 1e-4 * irradiance);
   EXPECT_TRUE(t.accepted) << t.message;
   EXPECT_EQ(reference.Evaluate({0, 0, 1}).radiance, image.At(64, 64));
+}
+
+TEST(EnvironmentLight, TexelsAreSampledByWhatExceedsTheMean) {
+  constexpr int kSize = 24;
+  std::vector<Rgb> pixels;
+  double mean = 0;
+  for (int i = 0; i < kSize * kSize; ++i) {
+    pixels.push_back(Rgb(0.2f + static_cast<float>(i * 7 % 11), 1, static_cast<float>(i / kSize % 5)));
+    mean += (double{pixels[i].r} + pixels[i].g + pixels[i].b) / 3 / (kSize * kSize);
+  }
+  const EnvironmentLight light(pixels, kSize, Transform());
+  EXPECT_NEAR((light.mean().r + light.mean().g + light.mean().b) / 3, mean, 1e-5);
+  Random random(9);
+  constexpr int kSamples = 200000;
+  std::vector<double> observed(kSize * kSize), expected(kSize * kSize);
+  double total = 0;
+  for (int i = 0; i < kSamples; ++i) {
+    EnvironmentLight::Value value;
+    const Vec2 square = DirectionToOctahedral(light.Sample(random.Next2D(), &value));
+    ASSERT_GT(value.pdf, 0);
+    observed[static_cast<int>(square.y * kSize) * kSize + static_cast<int>(square.x * kSize)] += 1;
+  }
+  for (int i = 0; i < kSize * kSize; ++i) {
+    const auto value = light.Evaluate(OctahedralToDirection(
+        {(static_cast<float>(i % kSize) + 0.5f) / kSize, (static_cast<float>(i / kSize) + 0.5f) / kSize}));
+    EXPECT_EQ(value.radiance, pixels[i]);
+    EXPECT_EQ(value.pdf > 0, (double{pixels[i].r} + pixels[i].g + pixels[i].b) / 3 > mean);
+    expected[i] = double{value.pdf} / kUniformSpherePdf / (kSize * kSize) * kSamples;
+    total += expected[i];
+  }
+  EXPECT_NEAR(total, kSamples, 1e-5 * kSamples);
+  const auto chi = test::ChiSquareTest(observed, expected, kLevel);
+  EXPECT_TRUE(chi.accepted) << chi.message;
+  expected[0] += kSamples * 0.01;
+  EXPECT_FALSE(test::ChiSquareTest(observed, expected, kLevel).accepted);
+  // Nothing exceeds the mean of an even one: it is sampled evenly.
+  const EnvironmentLight even(std::vector<Rgb>(kSize * kSize, Rgb(0.3f)), kSize, Transform());
+  EXPECT_NEAR(even.Evaluate({0, 0, 1}).pdf, kUniformSpherePdf, 1e-6);
 }
 
 }  // namespace
