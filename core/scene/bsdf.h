@@ -99,10 +99,11 @@ class Bsdf {
   static Bsdf Conductor(Rgb eta, Rgb k, Vec2 alpha, bool energy_compensation = false);
   static Bsdf Dielectric(float eta, Vec2 alpha);
   static Bsdf ThinDielectric(float eta);
-  // A Lambertian base coupled to the reflection lobe of a dielectric coat (Kelemen and Szirmay-Kalos 2001): reciprocal,
-  // linear in the reflectance, and of albedo 1 in every direction where that is 1, for smooth and rough coats alike;
-  // 0.9 to 1 for anisotropic ones, whose coupling is looked up at an isotropic alpha for each direction. See
-  // bsdf_coated.cpp and docs/decisions/0005-coats.md.
+  // A base of that reflectance coupled to the reflection lobe of a dielectric coat (after Kelemen and Szirmay-Kalos
+  // 2001): it returns the reflectance's share of what the coat lets in head-on, in every direction, but never more than
+  // the lobe leaves. Reciprocal, and of albedo 1 in every direction where the reflectance is 1, for smooth and rough
+  // coats alike; 0.9 to 1 for anisotropic ones, whose coupling is looked up at an isotropic alpha for each direction.
+  // See bsdf_coated.cpp and docs/decisions/0005-coats.md.
   static Bsdf CoatedDiffuse(Rgb reflectance, float eta, Vec2 alpha);
   // A conductor under a dielectric interface, nothing absorbed between: exact for a flat interface up to the first
   // reflection on the base (and in full where both are flat), approximate beyond. eta, k are relative to vacuum and
@@ -165,7 +166,11 @@ class Bsdf {
   static BsdfSample SampleFlatCoat(Vec3 wo, const CoatState& state);
   BsdfValue CoatLobe(Vec3 wo, Vec3 wi) const;
   float CoatTransmittance(Vec3 w) const;
-  float MeanCoatTransmittance() const;
+  Rgb MeanCoatedBase() const;
+  // What the base of a coated diffuse returns of light at a direction of that transmittance.
+  Rgb CoatedBase(float transmittance) const {
+    return {std::min(c_.r, transmittance), std::min(c_.g, transmittance), std::min(c_.b, transmittance)};
+  }
   void SetCoat(float eta, Vec2 alpha);
 
   Kind kind_ = Kind::kNone;

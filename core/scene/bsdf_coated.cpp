@@ -1,13 +1,13 @@
 // Coated materials, composed analytically from tables of what the coat's reflection lobe leaves (layering.h).
 //
-// Coated diffuse. With E(mu) the directional albedo of the coat's own reflection lobe, E_avg its cosine-weighted mean,
-//     f = f_interface + rho/pi (1 - E(wo)) (1 - E(wi)) / (1 - E_avg),
-// the coupled form of Kelemen and Szirmay-Kalos 2001, also the linear variant of widespread "plastic" models: of the
-// light that the lobe leaves the base returns the part rho, distributed so that f is reciprocal. Albedo E(wo) + rho (1
-// - E(wo)): at rho = 1 everything returns, in every direction and at every roughness. Chosen for energy, reciprocity
-// and cost, and because it is closer to the reference images than a truncated, absorbing layer is
+// Coated diffuse. With E(mu) the directional albedo of the coat's own reflection lobe,
+//     f = f_interface + g(wo) g(wi) / (pi G),   g(w) = min(rho (1 - E(normal)), 1 - E(w)),   G = 2 int g(mu) mu dmu:
+// the base returns g(wo), the part rho of what the coat lets in along the normal, in every direction, save where the
+// lobe leaves less than that; then it returns all that is left. Reciprocal, and of albedo E(wo) + g(wo) <= 1. At rho =
+// 1 it is the coupled form of Kelemen and Szirmay-Kalos 2001, of albedo 1 in every direction and at every roughness;
+// their form times rho dims a base of any colour towards grazing angles, which the reference images do not show
 // (docs/decisions/0005-coats.md). The lobe of a flat coat is exact Fresnel; E in the base's term is tabulated over (mu,
-// alpha). `thickness` and `maxdepth` of pbrt-v4 have no meaning here.
+// alpha), G over (cap, alpha). `thickness` and `maxdepth` of pbrt-v4 have no meaning here.
 //
 // Coated conductor. Through a flat interface both directions refract to wo', wi', and with f_b the base's own GGX lobe
 //     f = f_interface + T(wo) T(wi) / eta^2 * f_b(wo', wi') * S,   S = 1 + F K2 (1 + F K + (F K)^2 + ...)
@@ -56,8 +56,6 @@ Bsdf Bsdf::CoatedDiffuse(Rgb reflectance, float eta, Vec2 alpha) {
   Bsdf b;
   b.SetCoat(eta, alpha);
   b.kind_ = b.coat_flat_ ? Kind::kSmoothCoatedDiffuse : Kind::kCoatedDiffuse;
-  const float anisotropy = 1 - std::min(b.alpha_.x, b.alpha_.y) / std::max(b.alpha_.x, b.alpha_.y);
-  b.c_ = Rgb(kInvPi / b.MeanCoatTransmittance() * (b.coat_flat_ ? 1 : 1 - kAnisotropicLoss * anisotropy));
   return b.WithReflectance(reflectance);
 }
 
@@ -65,8 +63,9 @@ Bsdf Bsdf::WithReflectance(Rgb reflectance) const {
   Bsdf b = *this;
   b.a_ = reflectance;
   if (kind_ == Kind::kDiffuse) return b;
-  b.b_ = reflectance * c_;
-  b.base_energy_ = Mean(reflectance);
+  b.c_ = reflectance * table_->LargestTransmittance({coat_row_, coat_row_t_});
+  const Rgb mean = b.MeanCoatedBase();
+  for (int i = 0; i < 3; ++i) b.b_[i] = mean[i] > 0 ? kInvPi / mean[i] : 0;
   return b;
 }
 
@@ -100,16 +99,22 @@ float Bsdf::CoatTransmittance(Vec3 w) const {
   return table_->Transmittance(w.z, row);
 }
 
-float Bsdf::MeanCoatTransmittance() const {
-  if (coat_flat_ || alpha_.x == alpha_.y) return table_->MeanTransmittance({coat_row_, coat_row_t_});
+// G, a little above it for anisotropic coats.
+Rgb Bsdf::MeanCoatedBase() const {
+  if (coat_flat_ || alpha_.x == alpha_.y) {
+    const CoatTable::Row row{coat_row_, coat_row_t_};
+    return {table_->MeanTransmittance(row, c_.r), table_->MeanTransmittance(row, c_.g),
+            table_->MeanTransmittance(row, c_.b)};
+  }
   constexpr int kPhis = 4, kMus = 8;  // midpoints in a quadrant, and in mu^2
-  float sum = 0;
+  Rgb sum;
   for (int i = 0; i < kPhis * kMus; ++i) {
     const float mu2 = (static_cast<float>(i / kPhis) + 0.5f) / kMus, sin = std::sqrt(1 - mu2);
     const auto [y, x] = SinCos((static_cast<float>(i % kPhis) + 0.5f) * (kPi / 2 / kPhis));
-    sum += CoatTransmittance({sin * x, sin * y, std::sqrt(mu2)});
+    sum += CoatedBase(CoatTransmittance({sin * x, sin * y, std::sqrt(mu2)}));
   }
-  return sum / (kPhis * kMus);
+  const float anisotropy = 1 - std::min(alpha_.x, alpha_.y) / std::max(alpha_.x, alpha_.y);
+  return sum / (kPhis * kMus * (1 - kAnisotropicLoss * anisotropy));
 }
 
 Bsdf::CoatState Bsdf::CoatAt(Vec3 wo) const {
@@ -120,10 +125,11 @@ Bsdf::CoatState Bsdf::CoatAt(Vec3 wo) const {
                       : coat_flat_ ? FresnelDielectric(wo.z, eta_).reflectance
                                    : std::max(1 - state.transmittance, 0.0f);
   const float lobe = state.reflectance;
-  const float base = state.transmittance * base_energy_;
+  const float base =
+      kind_ == Kind::kCoatedConductor ? state.transmittance * base_energy_ : Mean(CoatedBase(state.transmittance));
   state.lobe_probability = lobe > 0 ? lobe / (lobe + base) : 0;
   // A base that reflects at all stays within reach, or its value would have no density at grazing angles.
-  if (base_energy_ > 0) state.lobe_probability = std::min(state.lobe_probability, 0.999f);
+  if (base > 0) state.lobe_probability = std::min(state.lobe_probability, 0.999f);
   return state;
 }
 
@@ -139,8 +145,8 @@ BsdfValue Bsdf::CoatLobe(Vec3 wo, Vec3 wi) const {
 // ---- coated diffuse -------------------------------------------------------------------------------------------------
 
 BsdfValue Bsdf::EvaluateCoatedDiffuse(Vec3 wo, Vec3 wi, const CoatState& state) const {
-  const float transmittance_i = CoatTransmittance(wi);
-  BsdfValue value{b_ * (state.transmittance * transmittance_i * wi.z), (1 - state.lobe_probability) * wi.z * kInvPi};
+  BsdfValue value{b_ * CoatedBase(state.transmittance) * CoatedBase(CoatTransmittance(wi)) * wi.z,
+                  (1 - state.lobe_probability) * wi.z * kInvPi};
   if (!coat_flat_) {
     const BsdfValue lobe = CoatLobe(wo, wi);
     value.f_cos += lobe.f_cos;

@@ -22,7 +22,7 @@ Rgb Bsdf::Albedo(Vec3 wo) const {
     case Kind::kCoatedDiffuse:
     case Kind::kSmoothCoatedDiffuse: {
       const CoatState state = CoatAt({wo.x, wo.y, mu});
-      return Rgb(state.reflectance) + a_ * state.transmittance;
+      return Rgb(state.reflectance) + CoatedBase(state.transmittance);
     }
     case Kind::kCoatedConductor:
       return FlatCoatedConductorReflectance(mu);
@@ -70,7 +70,7 @@ BsdfLobes Bsdf::Lobes(Vec3 wo) const {
       } else {
         add(BsdfLobe::Kind::kGgxReflection, alpha_, state.reflectance);
       }
-      add(BsdfLobe::Kind::kDiffuseReflection, {}, Luminance(a_) * state.transmittance);
+      add(BsdfLobe::Kind::kDiffuseReflection, {}, Luminance(CoatedBase(state.transmittance)));
       break;
     }
     case Kind::kCoatedConductor: {

@@ -106,7 +106,13 @@ CoatTable::CoatTable(float eta) : eta_(eta) {
       values[i] = std::max(1 - reflectance, 0.0f);
       single_scatter_transmittance_[row * kMus + i] = flat ? values[i] : RoughTransmittance(mu, alpha, eta);
     }
-    mean_transmittance_[row] = CosineMean(values, kMus);
+    for (int i = 0; i < kCaps; ++i) {
+      const float cap = static_cast<float>(i) / (kCaps - 1);
+      std::array<float, kMus> capped;
+      for (int k = 0; k < kMus; ++k) capped[k] = std::min(values[k], cap);
+      mean_transmittance_[row * kCaps + i] = CosineMean(capped.data(), kMus);
+    }
+    largest_transmittance_[row] = *std::max_element(values, values + kMus);
     FillBounces(row, alpha);
   }
 }

@@ -15,7 +15,7 @@ namespace lodestar {
 // linear in mu and alpha^2 between nodes.
 class CoatTable {
  public:
-  static constexpr int kMus = 128, kAlphas = 32, kBaseMus = 64;
+  static constexpr int kMus = 128, kAlphas = 32, kBaseMus = 64, kCaps = 128;
   struct Row {
     int index;  // <= kAlphas - 2
     float t;
@@ -30,8 +30,11 @@ class CoatTable {
   // that lobe leaves of the flux arriving from outside at mu. It counts light that a rough interface would scatter more
   // than once as let through, so that lobe and remainder add up to 1.
   float Transmittance(float mu, Row row) const { return Lookup2(transmittance_.data(), kMus, mu, row); }
-  // 1 - E_avg, its cosine-weighted mean over the hemisphere: exactly that of the interpolated table; > 0.
-  float MeanTransmittance(Row row) const { return Lookup1(mean_transmittance_.data(), row); }
+  // The cosine-weighted mean over the hemisphere of min(Transmittance, cap), cap in [0, 1]; at cap 1 the lobe's 1 -
+  // E_avg, exactly that of the interpolated table.
+  float MeanTransmittance(Row row, float cap = 1) const { return Lookup2(mean_transmittance_.data(), kCaps, cap, row); }
+  // Of all mu; that of normal incidence but for the table's errors.
+  float LargestTransmittance(Row row) const { return Lookup1(largest_transmittance_.data(), row); }
   // What reaches the base by single scattering: refracted, and neither masked nor shadowed. Below Transmittance() where
   // the interface is rough.
   float SingleScatterTransmittance(float mu, Row row) const {
@@ -63,7 +66,8 @@ class CoatTable {
 
   float eta_;
   std::array<float, kAlphas * kMus> transmittance_, single_scatter_transmittance_;
-  std::array<float, kAlphas> mean_transmittance_;
+  std::array<float, kAlphas * kCaps> mean_transmittance_;
+  std::array<float, kAlphas> largest_transmittance_;
   std::array<float, kAlphas * kBaseMus> second_bounce_, later_bounces_;
 };
 

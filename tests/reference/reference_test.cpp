@@ -91,8 +91,8 @@ TEST_P(ReferenceTest, AgreesWithAnotherRenderer) {
 INSTANTIATE_TEST_SUITE_P(SharedScenes, ReferenceTest,
                          testing::Values(Case{"veach-ajar", "reference-2.exr", 128, 4000, 0.01, 0.03},
                                          Case{"veach-ajar", "reference.exr", 128, 768, 0.01, 0.03},
-                                         Case{"living-room", "reference.exr", 128, 768, 0.03, 0.03},
-                                         Case{"staircase2", "reference.exr", 128, 512, 0.05, 0.16},
+                                         Case{"living-room", "reference.exr", 128, 768, 0.015, 0.03},
+                                         Case{"staircase2", "reference.exr", 128, 512, 0.01, 0.03},
                                          Case{"veach-mis", "reference.exr", 128, 1024, 0.01, 0.03}),
                          [](const auto& info) {
                            std::string name = std::string(info.param.scene) +

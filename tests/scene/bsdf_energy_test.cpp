@@ -25,7 +25,9 @@ TEST(BsdfEnergy, NothingGainsEnergy) {
   for (const BsdfCase& c : BsdfCases()) {
     for (const double theta : kAngles) {
       const Moments m = Furnace(c.bsdf, Direction(theta), 20000);
-      EXPECT_LE(m.mean() - 5 * m.standard_error(), 1 + 1e-4) << c.name << " at " << theta;
+      // 2e-3: the interpolation error of a coat's tables.
+      const bool coat = c.name.starts_with("coated");
+      EXPECT_LE(m.mean() - 5 * m.standard_error(), 1 + (coat ? 2e-3 : 1e-4)) << c.name << " at " << theta;
     }
   }
 }
