@@ -8,11 +8,13 @@
 namespace lodestar::directional {
 namespace {
 
-// The candidates: Dirichlet concentrations, in records, from a prior that is all but ignored to one that outweighs 256
-// records. Uniform in the logarithm: nothing is known of their scale.
+// The candidates: Dirichlet concentrations, in records, from a prediction that is all but ignored to one that outweighs
+// 256 records.
 constexpr Lanes kConcentration = {1.0f / 64, 1.0f / 16, 1.0f / 4, 1, 4, 16, 64, 256};
-// Probability that a child has its parent's concentration; else it draws its own.
-constexpr float kKeep = 0.75f;
+// Even odds that there is nothing to smooth; else the concentration's scale is unknown: uniform in its logarithm.
+constexpr Lanes kPrior = {7.0f / 14, 1.0f / 14, 1.0f / 14, 1.0f / 14, 1.0f / 14, 1.0f / 14, 1.0f / 14, 1.0f / 14};
+// Probability that a child has its parent's concentration, else it draws its own: even odds, too.
+constexpr float kKeep = 0.5f;
 // Cells that the parent's estimate of the mass per record counts as: one node's.
 constexpr float kParentCells = 4;
 
@@ -111,14 +113,15 @@ void Propagate(std::vector<NodeState>& states) {
   }
   for (size_t node = states.size(); node-- > 1;) {
     NodeState& n = states[node];
-    n.message = Normalized(n.belief) * kKeep + (1 - kKeep) / kLanes;
+    n.belief = Normalized(n.belief);
+    n.message = n.belief * kKeep + (1 - kKeep) * Sum(n.belief * kPrior);
     states[n.parent].belief *= n.message;
   }
-  states[0].belief = Normalized(states[0].belief);
+  states[0].belief = Normalized(states[0].belief * kPrior);
   for (size_t node = 1; node < states.size(); ++node) {
     NodeState& n = states[node];
     const Lanes elsewhere = Normalized(states[n.parent].belief / n.message);
-    n.belief = Normalized(n.belief * (elsewhere * kKeep + (1 - kKeep) / kLanes));
+    n.belief = Normalized(n.belief * (elsewhere * kKeep + kPrior * (1 - kKeep)));
   }
 }
 
