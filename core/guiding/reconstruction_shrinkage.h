@@ -1,5 +1,6 @@
-// How far the shares of a node's four children can be trusted: the statistical half of `native` reconstruction. Derived
-// in docs/decisions/0008-reconstruction.md.
+// How far the shares of a node's four children can be trusted: the statistical half of `native` reconstruction, a Polya
+// tree (Lavine 1992) whose concentrations form a hidden Markov tree (Crouse et al. 1998). Derived in
+// docs/decisions/0008-reconstruction.md.
 #pragma once
 
 #include "core/guiding/reconstruction.h"
