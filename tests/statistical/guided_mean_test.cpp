@@ -2,42 +2,25 @@
 // estimation, over independent seeds, by Welch's t-test on the image's mean and on each of its quadrants.
 #include <gtest/gtest.h>
 
+#include "tests/statistical/image_means.h"
 #include "tests/statistical/small_scenes.h"
-#include "tests/support/render.h"
-#include "tests/support/statistical.h"
 
 namespace lodestar {
 namespace {
 
 constexpr int kSeeds = 12;
-constexpr int kRegions = 5;  // four quadrants and the whole
+constexpr int kRegions = test::kRegions;
 constexpr uint64_t kSpp = 63;
 
-using Means = std::array<test::Moments, kRegions>;
-
-void AddImage(const Image& image, Means* means, double scale = 1) {
-  std::array<double, kRegions> sums{};
-  for (uint32_t y = 0; y < image.height; ++y)
-    for (uint32_t x = 0; x < image.width; ++x) {
-      const double value = scale * Luminance(image.pixels[size_t(y) * image.width + x]);
-      sums[(y * 2 / image.height) * 2 + x * 2 / image.width] += value;
-      sums[4] += value;
-    }
-  for (int i = 0; i < kRegions; ++i) (*means)[i].Add(sums[i] / static_cast<double>(image.size()));
-}
+using Means = test::ImageMeans;
 
 Means RenderSeeds(const CompiledJob& compiled, const std::string& method,
                   const std::map<std::string, std::string>& options, double scale = 1, uint64_t first_seed = 1) {
-  Means means;
-  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
-    JobSpec job;
-    job.method = method;
-    job.options = options;
-    job.budget.spp = kSpp;
-    job.seed = first_seed + seed;
-    AddImage(test::Render(compiled, job).image, &means, scale);
-  }
-  return means;
+  JobSpec job;
+  job.method = method;
+  job.options = options;
+  job.budget.spp = kSpp;
+  return test::RenderSeeds(compiled, job, kSeeds, first_seed, scale);
 }
 
 // Every comparison of this file: 5 scenes x 3 modes x 2 combinations of filters x 5 regions.

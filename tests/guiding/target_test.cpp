@@ -1,0 +1,105 @@
+// What the trees become proportional to, and that two halves of the records are kept apart.
+#include <gtest/gtest.h>
+
+#include "core/guiding/sd_tree_advance.h"
+#include "tests/guiding/synthetic.h"
+
+namespace lodestar {
+namespace {
+
+using Target = SdTreeOptions::Target;
+using Reconstruction = SdTreeOptions::Reconstruction;
+
+SdTreeOptions Options(Target target, Reconstruction reconstruction = Reconstruction::kNone) {
+  SdTreeOptions options;
+  options.target = target;
+  options.reconstruction = reconstruction;
+  options.spatial_threshold = 1e12f;
+  options.directional_filter = SdTreeOptions::DirectionalFilter::kNearest;
+  return options;
+}
+
+// Radiance 1 everywhere, f cos 1 from above and 1/2 from below; from above it comes in bursts: 4 in one sample of four.
+SdTreeStatistics Bursts(const std::shared_ptr<const SdTree>& tree, int count, uint64_t seed, float relative_scale = 1) {
+  SdTreeStatistics statistics(tree);
+  uint64_t rng = seed;
+  for (int i = 0; i < count; ++i) {
+    SdTreeRecord r;
+    r.position = {0.5f, 0.5f, 0.5f};
+    r.leaf = tree->LeafAt(r.position);
+    const bool guided = tree->HasLearned(r.leaf) && synthetic::Unit(rng) < 0.5f;
+    r.direction = guided ? tree->Sample(r.leaf, synthetic::Unit2(rng)).w : SquareToSphere(synthetic::Unit2(rng));
+    r.bsdf_pdf = kUniformSpherePdf;
+    r.tree_pdf = tree->Pdf(r.leaf, r.direction);
+    r.pdf = tree->HasLearned(r.leaf) ? 0.5f * (r.bsdf_pdf + r.tree_pdf) : r.bsdf_pdf;
+    const bool above = r.direction.z > 0;
+    r.radiance = above ? (synthetic::Unit(rng) < 0.25f ? 4.0f : 0.0f) : 1.0f;
+    r.product = r.radiance * (above ? 1.0f : 0.5f);
+    // The pixels of the lower half are four times as bright: what they expect is so, too.
+    r.relative = r.product * relative_scale / (above ? 1.0f : 4.0f);
+    statistics.Record({&r, 1}, Mix64(seed * 1000003 + static_cast<uint64_t>(i)));
+  }
+  return statistics;
+}
+
+// P(cos theta > 0), as the root has it.
+double Upper(const SdTree& tree) { return 1 - static_cast<double>(tree.Tree(0)->left) / DirectionalNode::kOne; }
+
+std::shared_ptr<const SdTree> Learn(Target target, int iterations, float relative_scale = 1) {
+  auto tree = SdTree::Initial(synthetic::UnitCube(), Options(target));
+  for (int i = 0; i < iterations; ++i) tree = Advance(*tree, Bursts(tree, 100000, 3 + static_cast<uint64_t>(i), relative_scale), 4);
+  return tree;
+}
+
+// Shares of the upper half: radiance 1 : 1; roots of second moments of f L, 2 (from 16 / 4) : 1/2; relative to the pixel, 2 : 1/8.
+TEST(Target, OfTheFirstIteration) {
+  EXPECT_NEAR(Upper(*Learn(Target::kRadiance, 1)), 0.5, 0.01);
+  EXPECT_NEAR(Upper(*Learn(Target::kSimple, 1)), 0.8, 0.01);
+  EXPECT_NEAR(Upper(*Learn(Target::kFull, 1)), 0.8, 0.01);  // no pixel estimate exists before it
+}
+
+TEST(Target, OfLaterIterations) {
+  // A learned tree weighs a sample's second moment by its own share of the mixture, squared: it settles near what the BSDF leaves to it.
+  const double simple = Upper(*Learn(Target::kSimple, 4)), full = Upper(*Learn(Target::kFull, 4)), radiance = Upper(*Learn(Target::kRadiance, 4));
+  EXPECT_NEAR(radiance, 0.5, 0.02);
+  EXPECT_GT(simple, 0.8);
+  EXPECT_LT(1 - full, 0.5 * (1 - simple));
+  EXPECT_EQ(Upper(*Learn(Target::kSwitching, 4)), Upper(*Learn(Target::kSimple, 4)));
+  EXPECT_NE(Upper(*Learn(Target::kSwitching, 5)), Upper(*Learn(Target::kSimple, 5)));
+}
+
+TEST(Target, FullDoesNotDependOnTheUnitOfPixels) {
+  // All pixels a thousand and twenty-four times as bright: the same tree.
+  EXPECT_NEAR(Upper(*Learn(Target::kFull, 3, 0x1p-10f)), Upper(*Learn(Target::kFull, 3)), 1e-4);
+}
+
+TEST(Halves, AreKeptOnlyForNativeReconstructionAndAddUp) {
+  const auto plain = SdTree::Initial(synthetic::UnitCube(), Options(Target::kSimple));
+  const auto native = SdTree::Initial(synthetic::UnitCube(), Options(Target::kSimple, Reconstruction::kNative));
+  const SdTreeStatistics one = Bursts(plain, 5000, 9), two = Bursts(native, 5000, 9);
+  ASSERT_EQ(one.halves(), 1u);
+  ASSERT_EQ(two.halves(), 2u);
+  for (size_t slot = 0; slot < one.slots(0).size(); ++slot) {
+    const ExactSum &a = two.slots(0)[slot * 2], &b = two.slots(0)[slot * 2 + 1];
+    ExactSum sum = a;
+    sum.Merge(b);
+    EXPECT_EQ(sum, one.slots(0)[slot]);
+    EXPECT_NEAR(a.Value() / b.Value(), 1, 0.2);  // about as much in either
+  }
+}
+
+TEST(Halves, AndLightSharesTravel) {
+  SdTreeOptions options = Options(Target::kFull, Reconstruction::kNative);
+  options.learn_nee = true;
+  const auto tree = Advance(*SdTree::Initial(synthetic::UnitCube(), options), Bursts(SdTree::Initial(synthetic::UnitCube(), options), 20000, 4), 4);
+  SdTreeStatistics statistics = Bursts(tree, 5000, 11);
+  statistics.Record(NeeRecord{0.5f, 2.0f, 3, 0});
+  const Bytes bytes = statistics.Serialize();
+  const SdTreeStatistics read = SdTreeStatistics::Parse(tree, bytes);
+  EXPECT_EQ(read.Serialize(), bytes);
+  EXPECT_EQ(read.leaf(0).nee.count, 1u);
+  EXPECT_EQ(Advance(*tree, read, 4)->Serialize(), Advance(*tree, statistics, 4)->Serialize());
+}
+
+}  // namespace
+}  // namespace lodestar

@@ -1,0 +1,100 @@
+// Every valid combination of what the SD-tree learns, how it is reconstructed, whether the BSDF is multiplied in, how lights are sampled and what ends
+// a path: none may move the mean. Short renders of small pictures, so that the whole matrix fits; guided_mean_test.cpp looks at few combinations closely.
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "tests/statistical/image_means.h"
+#include "tests/statistical/small_scenes.h"
+
+namespace lodestar {
+namespace {
+
+constexpr int kSeeds = 8, kReferenceSeeds = 32;
+constexpr uint64_t kSpp = 47;  // five iterations of training, so that switching reaches its full target, and 16 passes with it
+
+using Options = std::map<std::string, std::string>;
+
+JobSpec SmallJob(const std::string& method, const Options& options) {
+  JobSpec job;
+  job.method = method;
+  job.options = options;
+  job.budget.spp = kSpp;
+  job.resolution_x = job.resolution_y = 16;
+  return job;
+}
+
+std::vector<Options> Combinations() {
+  std::vector<Options> all;
+  for (const char* target : {"radiance", "simple", "full", "switching"})
+    for (const char* reconstruction : {"none", "dense", "native"})
+      for (const char* product : {"off", "on"})
+        for (const char* nee : {"never", "kickstart", "always", "learned"})
+          for (const char* roulette : {"throughput", "contribution", "pixel"}) {
+            if (std::string(product) == "on" && std::string(target) != "radiance") continue;
+            all.push_back({{"target", target},
+                           {"reconstruction", reconstruction},
+                           {"product", product},
+                           {"nee", nee},
+                           {"roulette", roulette},
+                           {"combine", "discard"},
+                           {"training", "5"},
+                           {"spatial-threshold", "200"}});
+          }
+  return all;
+}
+
+std::string Text(const Options& options) {
+  std::string text;
+  for (const auto& [name, value] : options) text += " " + name + "=" + value;
+  return text;
+}
+
+// The comparisons of this file; one combination in two is tried on each scene.
+constexpr int kScenes = 2;
+const double kLevel = test::SidakLevel(0.01, 180 * test::kRegions);
+
+class GuidedMatrixTest : public testing::TestWithParam<int> {};
+
+TEST_P(GuidedMatrixTest, NoCombinationMovesTheMean) {
+  const test::SmallScene& small = test::kSmallScenes[GetParam()];
+  JobSpec size;
+  size.resolution_x = size.resolution_y = 16;
+  const CompiledJob compiled = CompileJob(ParsePbrtText(small.text, "test.pbrt", "."), size);
+  const test::ImageMeans reference = test::RenderSeeds(compiled, SmallJob("path", {}), kReferenceSeeds, 1000);
+  const std::vector<Options> combinations = Combinations();
+  ASSERT_EQ(combinations.size(), 180u);
+  for (size_t i = static_cast<size_t>(GetParam()); i < combinations.size(); i += kScenes) {
+    const test::ImageMeans guided = test::RenderSeeds(compiled, SmallJob("sdtree", combinations[i]), kSeeds, 1);
+    for (int region = 0; region < test::kRegions; ++region) {
+      const test::TestResult result = test::WelchTest(guided[region], reference[region], kLevel);
+      EXPECT_TRUE(result.accepted) << small.name << ", region " << region << ":" << Text(combinations[i]) << ": " << result.message;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(SmallScenes, GuidedMatrixTest, testing::Range(0, kScenes),
+                         [](const auto& info) { return std::string(test::kSmallScenes[info.param].name); });
+
+TEST(GuidedMatrixTest, AMeanThatIsFivePercentOffIsSeen) {
+  JobSpec size;
+  size.resolution_x = size.resolution_y = 16;
+  const CompiledJob compiled = CompileJob(ParsePbrtText(test::kSmallScenes[0].text, "test.pbrt", "."), size);
+  const test::ImageMeans reference = test::RenderSeeds(compiled, SmallJob("path", {}), kReferenceSeeds, 1000);
+  const test::ImageMeans wrong =
+      test::RenderSeeds(compiled, SmallJob("sdtree", {{"combine", "discard"}, {"training", "5"}}), kSeeds, 1, 1.05);
+  EXPECT_FALSE(test::WelchTest(wrong[4], reference[4], kLevel).accepted);
+}
+
+TEST(GuidedMatrixTest, ProductsOfOtherTargetsAreRefusedWithTheReason) {
+  for (const char* target : {"simple", "full", "switching"}) {
+    try {
+      MakeMethod(SmallJob("sdtree", {{"product", "on"}, {"target", target}}), Survey{.resolution_x = 16, .resolution_y = 16});
+      FAIL() << target;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("twice"), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lodestar
