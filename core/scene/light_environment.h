@@ -2,7 +2,7 @@
 // (Hemi)Sphere using SIMD"), whose texels are constant patches of sky.
 //
 // Texels of an image are sampled by how much brighter they are than its mean (MIS compensation: Karlik et al. 2019,
-// "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", section 5; brightness here is the
+// "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling"; brightness here is the
 // mean of the channels). The dim rest, which directions drawn for the surface find as well, is theirs alone: its
 // density is 0, so light sampling must be combined with them. In living-room that takes 24 to 30 % off the relative
 // variance.
