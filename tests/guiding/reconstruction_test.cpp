@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 
+#include "core/guiding/reconstruction_blur.h"
 #include "tests/guiding/recorded_tree.h"
 
 namespace lodestar {
@@ -102,6 +104,71 @@ TEST(DenseReconstruction, FollowsTheDocument) {
         ASSERT_NEAR(p, mass[cell.slot], 0.02 * mass[cell.slot] + 3e-5);
       }
     }
+  }
+}
+
+bool SameNodes(const directional::Tree& a, const directional::Tree& b) {
+  return a.nodes.size() == b.nodes.size() &&
+         std::memcmp(a.nodes.data(), b.nodes.data(), a.nodes.size() * sizeof(DirectionalNode)) == 0;
+}
+double Lamp(Vec3 w) {
+  return 0.01 + 100 * std::exp(2000 * (static_cast<double>(Dot(Normalize(Vec3{1, 2, 1}), w)) - 1));
+}
+
+// Masked tiles hold what they would if they were blurred, up to the kernel's rounding.
+TEST(DenseReconstruction, MasksOnlyWhatTheBlurWouldKeep) {
+  constexpr int kDepth = 7, kSize = 1 << kDepth, kTiles = kSize / directional::kBlurTile;
+  directional::FramedMatrix matrix(kDepth);
+  uint64_t rng = 5;
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) matrix.Row(y)[x] = x < 80 && y < 80 ? 3 : synthetic::Unit(rng);
+  }
+  directional::SameTiles none(kTiles * kTiles, 0), same = none;
+  for (int ty = 1; ty < 4; ++ty) std::fill_n(&same[ty * kTiles + 1], 3, 1);  // 16 to 63: the border and 80 are 3 away
+  std::vector<float> masked(kSize * kSize), all(masked.size());
+  const auto kernel = directional::Gaussian(0.9f);
+  directional::Blur(matrix, same, kernel, masked.data());
+  directional::Blur(matrix, none, kernel, all.data());
+  for (size_t i = 0; i < all.size(); ++i) ASSERT_NEAR(masked[i], all[i], 1e-6 * 3);
+  EXPECT_LT(all[0], 2);  // zeros outside
+}
+
+TEST(DenseReconstruction, OnlyRebuildsTreesOutsideItsDepths) {
+  for (const int depth : {5, 14}) {
+    synthetic::RecordedTree t;
+    t.tree = {{DirectionalNode{}}, 1};
+    for (int round = 0; round < 4; ++round) {
+      t.masses = {t.tree.nodes.data(), static_cast<uint32_t>(t.tree.nodes.size()), {}, {}};
+      t.masses.total.assign(t.tree.nodes.size() * 4, 1e-4);
+      for (uint32_t node = 0; node < t.masses.node_count; ++node) {
+        for (uint32_t c = 0; c < 4; ++c) t.masses.total[node * 4 + c] *= t.masses.nodes[node].child[c] == 0;
+      }
+      t.masses.total[directional::Locate(t.masses.nodes, Vec2{0.3f, 0.7f}).slot] = 1;
+      if (round < 3) t.tree = synthetic::Plain(t.masses, 0.01, depth);
+      t.masses.nodes = t.tree.nodes.data();
+    }
+    ASSERT_EQ(t.tree.depth, depth == 5 ? 5 : 13);
+    EXPECT_TRUE(SameNodes(directional::ReconstructDense(t.masses, {}, 0.01, 20), synthetic::Plain(t.masses, 0.01, 20)));
+  }
+}
+
+TEST(Reconstruction, KeepsToTheLimitsAndDoesNotDependOnScale) {
+  const synthetic::RecordedTree t = synthetic::Record({.radiance = Lamp, .records = 2000, .max_depth = 8});
+  CellMasses scaled = t.masses;
+  for (double& v : scaled.total) v = std::ldexp(v, 40);
+  for (auto& half : scaled.halves)
+    for (double& v : half) v = std::ldexp(v, 40);
+  for (const bool dense : {false, true}) {
+    const auto reconstruct = [&](const CellMasses& m, double threshold, int depth) {
+      return dense ? directional::ReconstructDense(m, {}, threshold, depth)
+                   : directional::ReconstructNative(m, threshold, depth);
+    };
+    for (const int depth : {1, 6, 20}) EXPECT_LE(reconstruct(t.masses, 1e-4, depth).depth, depth);
+    const directional::Tree finest = reconstruct(t.masses, 1e-9, 20);
+    EXPECT_LE(finest.nodes.size(), directional::kMaxNodes);
+    EXPECT_GT(finest.nodes.size(), directional::kMaxNodes / 2);  // the limit was met
+    EXPECT_TRUE(SameNodes(reconstruct(t.masses, 0.01, 20), reconstruct(scaled, 0.01, 20)));
+    EXPECT_FALSE(SameNodes(reconstruct(t.masses, 0.01, 20), synthetic::Plain(t.masses, 0.01, 20)));
   }
 }
 
