@@ -1,8 +1,7 @@
 #include "core/guiding/sd_tree_advance.h"
 
-#include <tbb/parallel_for.h>
-
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 #include "core/guiding/reconstruction.h"
 
 namespace lodestar {
@@ -143,7 +142,7 @@ std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics
   std::vector<RebuiltLeaf> leaves(tree.leaf_count());
   const std::vector<uint8_t> reconstructed = Reconstructed(tree);
   for (;;) {
-    tbb::parallel_for(uint32_t{0}, tree.leaf_count(), [&](uint32_t leaf) {
+    ParallelFor(tree.leaf_count(), [&](uint32_t leaf) {
       leaves[leaf] = RebuildLeaf(tree, statistics, leaf, reconstructed[leaf] != 0, flux_threshold, split_threshold);
     });
     if (NodesAfterSplits(leaves) <= static_cast<double>(options.max_nodes)) break;

@@ -1,49 +1,15 @@
 #include "core/tracing/local_executor.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
-#ifdef __SANITIZE_THREAD__
-#include <exception>
-#include <thread>
-#endif
 
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 #include "core/base/threads.h"
 
 namespace lodestar {
-namespace {
-
-// Runs body(0) to body(shares - 1) at the same time where the arena has the threads, and waits for them.
-template <typename Body>
-void RunShares(tbb::task_arena* arena, int shares, const Body& body) {
-#ifdef __SANITIZE_THREAD__
-  // ThreadSanitizer does not see how TBB, which is not instrumented, hands work over, and reports all of it. To suppress
-  // what has a frame of TBB's would hide the races of every tracer too, so that build has plain threads here.
-  std::vector<std::exception_ptr> failures(static_cast<size_t>(shares));
-  {
-    std::vector<std::jthread> threads;
-    for (int share = 0; share < shares; ++share) {
-      threads.emplace_back([&body, &failure = failures[static_cast<size_t>(share)], share] {
-        try {
-          body(share);
-        } catch (...) {
-          failure = std::current_exception();
-        }
-      });
-    }
-  }
-  for (const std::exception_ptr& failure : failures) {
-    if (failure) std::rethrow_exception(failure);
-  }
-#else
-  arena->execute([&] { tbb::parallel_for(0, shares, body, tbb::simple_partitioner()); });
-#endif
-}
-
-}  // namespace
 
 struct LocalExecutor::Impl {
   std::shared_ptr<const Scene> scene;
@@ -78,8 +44,8 @@ std::optional<Contribution> LocalExecutor::ExecuteNode(const std::shared_ptr<con
   std::atomic<bool> complete{true};
   const int shares = std::max(1, std::min<int>(impl_->threads, static_cast<int>(end - node.first())));
   std::vector<Contribution> parts(static_cast<size_t>(shares));
-  RunShares(&impl_->arena, shares, [&](int share) {
-    Contribution& part = parts[static_cast<size_t>(share)];
+  const auto render = [&](uint32_t share) {
+    Contribution& part = parts[share];
     if (round.record) part.statistics = impl_->method.NewStatistics(state);
     for (uint32_t unit; (unit = next.fetch_add(1)) < end;) {
       if (!impl_->tracer->Execute(round, unit, stop, &part)) {
@@ -87,7 +53,8 @@ std::optional<Contribution> LocalExecutor::ExecuteNode(const std::shared_ptr<con
         return;
       }
     }
-  });
+  };
+  impl_->arena.execute([&] { ParallelFor<tbb::simple_partitioner>(static_cast<uint32_t>(shares), render); });
   if (!complete) return std::nullopt;
   Contribution whole = std::move(parts[0]);
   for (int share = 1; share < shares; ++share) whole.Merge(std::move(parts[static_cast<size_t>(share)]));
