@@ -5,14 +5,15 @@
 namespace lodestar {
 namespace {
 
-// The tilt is stored less the mirror direction's: that difference is small and smooth.
+// Widths and skew over alpha; the peak's sine less that of the mirror direction. All are smooth, most are nearly
+// constant.
 constexpr LtcShape kTable[] = {
 #include "core/guiding/ltc_table.inc"
 };
 static_assert(std::size(kTable) == LtcTable::kAlphas * LtcTable::kAngles);
 
 LtcShape Blend(const LtcShape& a, const LtcShape& b, float t) {
-  return {Lerp(t, a.x, b.x), Lerp(t, a.y, b.y), Lerp(t, a.skew, b.skew), Lerp(t, a.tilt_sin, b.tilt_sin)};
+  return {Lerp(t, a.x, b.x), Lerp(t, a.y, b.y), Lerp(t, a.skew, b.skew), Lerp(t, a.peak_sin, b.peak_sin)};
 }
 
 }  // namespace
@@ -30,7 +31,7 @@ LtcShape LtcTable::GgxReflection(float alpha, float cos_o) {
   shape.x *= alpha;
   shape.y *= alpha;
   shape.skew *= alpha;
-  shape.tilt_sin = std::clamp(shape.tilt_sin + SafeSqrt(1 - cos_o * cos_o), 0.0f, 0.9999f);
+  shape.peak_sin = std::clamp(shape.peak_sin + SafeSqrt(1 - cos_o * cos_o), 0.0f, 0.9999f);
   return shape;
 }
 

@@ -5,6 +5,7 @@
 //
 // M = R U: U is upper triangular, with widths x and y and a skew from z to x; R tilts from the normal towards the
 // mirror direction. Every isotropic M has this form up to scale, and its inverse needs no determinant to be divided by.
+// In place of the tilt, tables have the direction M z, the peak of narrow lobes: they must hit it between entries too.
 #pragma once
 
 #include "core/math/elementary.h"
@@ -15,7 +16,7 @@ namespace lodestar {
 struct LtcShape {
   float x = 1, y = 1;  // widths, > 0; 1 is the cosine's own
   float skew = 0;      // along x
-  float tilt_sin = 0;  // sine of the angle from the normal, positive in the mirror direction's half plane
+  float peak_sin = 0;  // of the angle from the normal to M z, positive in the mirror direction's half plane
 };
 
 // Shapes over (alpha, angle of wo), bilinear. Axes: sqrt(alpha), and sqrt(1 - cos theta).
@@ -24,9 +25,9 @@ class LtcTable {
   static constexpr int kAlphas = 24, kAngles = 24;
   // The table ends where the lobes are too narrow for any tree and where the fit fails (Diolatzis et al. 2020, section
   // 3.2.3); beyond, its borders are used.
-  static constexpr float kMinAlpha = 0.01f, kMinCos = 0.0871557f;  // 85 degrees
+  static constexpr float kMinAlpha = 0.02f, kMinCos = 0.0871557f;  // 85 degrees
 
-  static float Alpha(int row) { return Sqr(Lerp(static_cast<float>(row) / (kAlphas - 1), 0.1f, 1.0f)); }
+  static float Alpha(int row) { return Sqr(Lerp(static_cast<float>(row) / (kAlphas - 1), 0.1414214f, 1.0f)); }
   static float CosAt(int column) { return 1 - Sqr(static_cast<float>(column) / (kAngles - 1)) * (1 - kMinCos); }
 
   static LtcShape GgxReflection(float alpha, float cos_o);
@@ -37,12 +38,15 @@ class Ltc {
  public:
   Ltc() = default;
   Ltc(const LtcShape& shape, const Frame& frame) {
-    const float cos = SafeSqrt(1 - Sqr(shape.tilt_sin));
-    const Vec3 x = frame.s * cos - frame.n * shape.tilt_sin;
-    z_ = frame.s * shape.tilt_sin + frame.n * cos;
+    const float peak_cos = SafeSqrt(1 - Sqr(shape.peak_sin)), scale = 1 / std::sqrt(1 + Sqr(shape.skew));
+    const float sin = (shape.peak_sin - shape.skew * peak_cos) * scale,
+                cos = (peak_cos + shape.skew * shape.peak_sin) * scale;
+    const Vec3 x = frame.s * cos - frame.n * sin;
+    z_ = frame.s * sin + frame.n * cos;
     x_ = (x - z_ * shape.skew) * (1 / shape.x);
     y_ = frame.t * (1 / shape.y);
     determinant_ = 1 / (shape.x * shape.y);
+    width_ = 1 / std::sqrt(std::max(LengthSquared(x_), LengthSquared(y_)));
   }
 
   // M^-1 w.
@@ -57,16 +61,18 @@ class Ltc {
     const Vec3 m{Dot(n, Cross(y_, z_)), Dot(n, Cross(z_, x_)), Dot(n, Cross(x_, y_))};
     return 0.5f + 0.5f * m.z / Length(m);
   }
-  // Of the lobe's narrower direction, 1 for the cosine.
-  float Width() const { return 1 / std::sqrt(std::max(LengthSquared(x_), LengthSquared(y_))); }
-
+  // Of the lobe's narrower direction, in radians where it is small; 1 for the cosine.
+  float width() const { return width_; }
+  // Of M^-1.
+  float determinant() const { return determinant_; }
+  // The rows of M^-1.
   Vec3 x() const { return x_; }
   Vec3 y() const { return y_; }
   Vec3 z() const { return z_; }
 
  private:
-  Vec3 x_{1, 0, 0}, y_{0, 1, 0}, z_{0, 0, 1};  // rows of M^-1
-  float determinant_ = 1;                      // of M^-1
+  Vec3 x_{1, 0, 0}, y_{0, 1, 0}, z_{0, 0, 1};
+  float determinant_ = 1, width_ = 1;
 };
 
 }  // namespace lodestar

@@ -20,7 +20,7 @@ class ProductDistribution {
  public:
   // Shares of the samples that follow the tree alone: in the choice of the block's cell, and once more below it where
   // the product goes deeper.
-  static constexpr float kBlockDefence = 1.0f / 32, kDeepDefence = 1.0f / 8;
+  static constexpr float kBlockDefence = 1.0f / 32, kDeepDefence = 1.0f / 16;
   static constexpr float kLeastRatio = kBlockDefence * kDeepDefence;
 
   // `nodes`: root first, must stay valid; SdTree::Tree(leaf).
@@ -42,17 +42,19 @@ class ProductDistribution {
  private:
   struct Descent;
   float Locate(uint32_t x, uint32_t y) const;
+  float Share(uint32_t cell) const { return product_[cell] * scale_ + flux_[cell] * kBlockDefence; }
 
   const DirectionalNode* nodes_;
   ProductLobes lobes_;
   bool usable_ = false;
   float mass_ = 0;
-  float density_ = 0;  // of a cell whose share_ is 1
-  product::Block share_;
-  // Of the lobes within each cell: those the deep descent integrates, and the rest, taken as even over the cell.
+  float density_ = 0;  // of a cell whose share is 1
+  float scale_ = 0;
+  product::Block flux_, product_;
+  // The lobes in each cell: those that the descent follows further than others, and the rest.
   product::Block narrow_, broad_;
-  alignas(32) std::array<float, product::kSide> columns_;  // running sums of share_ over cos theta
-  int deep_level_ = product::kBlockLevel;                  // how far down narrow lobes are looked at
+  alignas(32) std::array<float, product::kSide> columns_;  // running sums of shares over cos theta
+  int deep_level_ = product::kBlockLevel;                  // how far down lobes are looked at
 };
 
 }  // namespace lodestar

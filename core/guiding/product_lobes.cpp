@@ -21,7 +21,8 @@ ProductLobes::ProductLobes(const Frame& frame, Vec3 wo, std::span<const ProductL
     } else {
       // Any tangent does where wo is the normal: the lobe is round.
       const Frame local = Frame::FromNormalAndTangent(normal_, -wo);
-      weight_[glossy_count_] = lobe.weight;
+      diffuse_ += kTailShare * lobe.weight;
+      weight_[glossy_count_] = (1 - kTailShare) * lobe.weight;
       glossy_[glossy_count_++] = Ltc(LtcTable::GgxReflection(lobe.alpha, cos_o), local);
     }
   }

@@ -26,6 +26,9 @@ class ProductLobes {
   static constexpr int kMaxGlossy = 3;
   // Lobes with a smaller share of the weight are left out: they cost as much as large ones.
   static constexpr float kLeastShare = 0.01f;
+  // Of a glossy lobe's weight, given to a cosine lobe: a microfacet lobe's far tail reaches every direction above the
+  // horizon, an LTC ends at a plane of its own. bench/ltc_fit.cpp fits with the same share.
+  static constexpr float kTailShare = 0.02f;
 
   // wo in the frame's own (outer) space, of unit length; n on either side. More glossy lobes than kMaxGlossy: the
   // last ones count as diffuse. No lobe of positive weight: none() holds.
