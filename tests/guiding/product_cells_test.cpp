@@ -71,7 +71,7 @@ TEST(ProductCells, GlossyLobesAreInTheirCells) {
         block.fill(0);
         product::AddGlossy(lobes.glossy(0), lobes.normal(), 1, block);
         const auto density = [&](Vec3 w) { return Dot(w, lobes.normal()) > 0 ? lobes.glossy(0).Density(w) : 0; };
-        const double misplaced = Misplaced(block, density, 64);
+        const double misplaced = Misplaced(block, density, alpha < 0.05f ? 160 : 48);
         EXPECT_LT(misplaced, 1.0 / 6);
         sum += misplaced;
         ++count;
