@@ -36,6 +36,7 @@ void FocalOptions::Write(ByteWriter& out) const {
   out.Put<int32_t>(initial_iterations);
   out.Put<int32_t>(narrowing_iterations);
   out.Put(narrow_factor);
+  out.Put<uint8_t>(by_mixture);
   out.Put(split_threshold);
   out.Put(prune_ratio);
   out.Put(decay);
@@ -52,6 +53,7 @@ FocalOptions FocalOptions::Read(ByteReader& in) {
   options.initial_iterations = in.Get<int32_t>();
   options.narrowing_iterations = in.Get<int32_t>();
   options.narrow_factor = in.Get<float>();
+  options.by_mixture = GetFlag(in);
   options.split_threshold = in.Get<float>();
   options.prune_ratio = in.Get<float>();
   options.decay = in.Get<float>();

@@ -16,6 +16,8 @@ struct FocalOptions {
   int initial_iterations = 6;     // spread each path segment evenly over the voxels it crosses; 1 to 30
   int narrowing_iterations = 6;   // spread it by what each voxel contributes to its density, and split; 0 to 30
   float narrow_factor = 1;        // n: the power of that contribution, above 1 narrows faster; 0.25 to 8
+  bool by_mixture = true;         // narrowing weighs a segment by the share of its density that is the guide's (Rath et
+                                  // al.'s own program); false: in full (Sadek)
   float split_threshold = 1e-3f;  // gamma: a voxel splits above this share of the whole mass; 1e-5 to 1
   float prune_ratio = 2;       // a subtree whose densest leaf is no denser than this times its mean collapses; 0: never
   float decay = 0.5f;          // what is left of the previous iterations' masses after each; 0 to 1

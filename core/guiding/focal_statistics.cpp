@@ -22,8 +22,8 @@ FocalStatistics::FocalStatistics(std::shared_ptr<const FocalField> field)
 
 bool FocalStatistics::Gate(const FocalRecord& r) {
   const auto usable = [](float value) { return value >= 0 && value < kInfinity; };
-  bool fits = usable(r.value) && r.distance > 0 && IsFinite(r.position) && IsFinite(r.direction);
-  if (field_->options().learn_fraction) fits &= usable(r.pdf) && r.pdf > 0 && usable(r.bsdf_pdf) && usable(r.guide_pdf);
+  const bool fits = usable(r.value) && r.distance > 0 && IsFinite(r.position) && IsFinite(r.direction) &&
+                    usable(r.pdf) && r.pdf > 0 && usable(r.bsdf_pdf) && usable(r.guide_pdf);
   ++(fits ? counts_.accepted : counts_.refused);
   return fits;
 }
@@ -47,7 +47,7 @@ void FocalStatistics::Collect(const FocalRecord& r) {
 void FocalStatistics::Record(const FocalRecord& r) {
   if (!Gate(r)) return;
   if (r.value == 0) return;
-  const float value = r.value * field_->radiance_scale();
+  float value = r.value * field_->radiance_scale();
   const FocalOptions& options = field_->options();
   if (options.learn_fraction) {
     const float product = std::min(value * r.pdf, 3e38f);
@@ -57,6 +57,7 @@ void FocalStatistics::Record(const FocalRecord& r) {
   Collect(r);
   bool by_weight = options.Narrows(field_->iteration());
   if (by_weight) {
+    if (options.by_mixture) value *= std::min((1 - field_->BsdfFraction(r.position)) * (r.guide_pdf / r.pdf), 1.0f);
     // Relative to the largest, so that the power cannot leave the range of a float.
     float largest = 0;
     for (const Share& share : shares_) largest = std::max(largest, share.weight);

@@ -41,7 +41,8 @@ class FocalStatistics {
 
   // Shares record.value out over the voxels on the segment: by length in initial iterations (Sadek 2025, 2.6.1, divided
   // by the whole length, without which the phases would mix by the scene's scale); in narrowing ones by
-  // (a_v p_v)^n, which is the expectation step for a mixture of voxels. Where all of these are zero, by length.
+  // (a_v p_v)^n, which is the expectation step for a mixture of voxels. With FocalOptions::by_mixture the BSDF is one
+  // more part of that mixture, whose share of the record is left out. Where all of these are zero, by length.
   void Record(const FocalRecord& record);
 
   // Both must belong to the same field. Costs what `other` touched.

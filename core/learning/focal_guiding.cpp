@@ -44,6 +44,9 @@ MethodEntry FocalMethod::Entry() {
                "those that concentrate it and deepen the octree, a level each. The document's value; 10 for pinholes"},
               {"narrow-factor", "a number from 0.25 to 8", "1",
                "power of a voxel's share when it concentrates: more is quicker and less steady. The document's value"},
+              {"narrow-by", "mixture | guide", "mixture",
+               "what narrowing iterations learn from: the share of a path's light that the guide alone accounts for "
+               "(recommended), or all of it (Sadek's document)"},
               {"split-threshold", "a number from 1e-5 to 1", "0.001",
                "a voxel splits above this share of all light. The document's value; less is sharper and slower"},
               {"prune-ratio", "a number from 0 to 1e6", "2",
@@ -73,6 +76,7 @@ FocalMethod::FocalMethod(const JobSpec& job, const Survey& survey) : bounds_(sur
   field.initial_iterations = given.Integer("initial-iterations", 1, 30);
   field.narrowing_iterations = given.Integer("narrowing-iterations", 0, 30);
   field.narrow_factor = static_cast<float>(given.Number("narrow-factor", 0.25, 8));
+  field.by_mixture = given.Choice<bool>("narrow-by", {{"mixture", true}, {"guide", false}});
   field.split_threshold = static_cast<float>(given.Number("split-threshold", 1e-5, 1));
   field.prune_ratio = static_cast<float>(given.Number("prune-ratio", 0, 1e6));
   field.decay = static_cast<float>(given.Number("decay", 0, 1));

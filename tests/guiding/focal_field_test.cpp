@@ -5,17 +5,18 @@
 #include "core/math/frame.h"
 #include "core/math/warp.h"
 #include "tests/guiding/focal_testing.h"
+#include "tests/support/statistical.h"
 
 namespace lodestar {
 namespace {
 
 using focal_testing::NaivePdf;
 using focal_testing::PointIn;
+using focal_testing::Random;
 using focal_testing::RandomField;
 using focal_testing::Train;
 using focal_testing::Training;
 using focal_testing::UniformDirection;
-using test::Random;
 
 const Bounds3 kUnit{{0, 0, 0}, {1, 1, 1}};
 const double kLevel = test::SidakLevel(0.01, 24);

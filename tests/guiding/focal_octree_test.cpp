@@ -3,14 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "tests/guiding/focal_testing.h"
+#include "tests/support/statistical.h"
 
 namespace lodestar {
 namespace {
 
 using focal_testing::PointIn;
+using focal_testing::Random;
 using focal_testing::RandomField;
 using focal_testing::UniformDirection;
-using test::Random;
 
 const Bounds3 kUnit{{0, 0, 0}, {1, 1, 1}};
 

@@ -8,10 +8,10 @@ namespace lodestar {
 namespace {
 
 using focal_testing::MakeRecord;
+using focal_testing::Random;
 using focal_testing::RandomField;
 using focal_testing::Train;
 using focal_testing::Training;
-using test::Random;
 
 double Total(const FocalStatistics& statistics) {
   double sum = 0;
@@ -51,6 +51,7 @@ TEST(FocalStatistics, NarrowingSharesByWhatVoxelsContributeToTheDensity) {
   for (const float factor : {1.0f, 2.0f}) {
     FocalParts parts = PartsOf(*RandomField({{0, 0, 0}, {1, 1, 1}}, 6, 3));
     parts.options.narrow_factor = factor;
+    parts.options.by_mixture = false;
     parts.iteration = 6;
     const auto field = std::make_shared<const FocalField>(std::move(parts));
     FocalStatistics statistics(field);
@@ -73,9 +74,25 @@ TEST(FocalStatistics, NarrowingSharesByWhatVoxelsContributeToTheDensity) {
   }
 }
 
+TEST(FocalStatistics, NarrowingByTheMixtureLeavesOutTheBsdfsShare) {
+  FocalParts parts = PartsOf(*RandomField({{0, 0, 0}, {1, 1, 1}}, 6, 3));
+  parts.iteration = 6;
+  for (const bool by_mixture : {false, true}) {
+    parts.options.by_mixture = by_mixture;
+    FocalStatistics statistics(std::make_shared<const FocalField>(parts));
+    FocalRecord record = Through(kInfinity, 2);
+    record.bsdf_pdf = 0.3f;
+    record.guide_pdf = 0.1f;
+    record.pdf = 0.5f * record.bsdf_pdf + 0.5f * record.guide_pdf;
+    statistics.Record(record);
+    EXPECT_NEAR(Total(statistics), by_mixture ? 2 * 0.25 : 2, 1e-5);
+  }
+}
+
 TEST(FocalStatistics, WhereNoVoxelHasMassTheLengthCounts) {
   FocalParts parts = PartsOf(*FocalField::Initial({{0, 0, 0}, {1, 1, 1}}, {}));
   parts.iteration = 6;
+  parts.options.by_mixture = false;
   std::fill(parts.octrees[0].leaf_masses.begin(), parts.octrees[0].leaf_masses.end(), 0.0f);
   parts.octrees[0].leaf_masses.back() = 1;
   FocalStatistics statistics(std::make_shared<const FocalField>(std::move(parts)));

@@ -5,11 +5,24 @@
 #include <vector>
 
 #include "core/guiding/focal_advance.h"
-#include "tests/support/statistical.h"
+#include "core/math/sampler.h"
 
 namespace lodestar::focal_testing {
 
-using test::Random;
+// SplitMix64, as tests/support's; here, so that bench/ needs no more than this header.
+class Random {
+ public:
+  explicit Random(uint64_t seed) : state_(seed) {}
+  uint64_t Next() { return Mix64(state_ += 0x9e3779b97f4a7c15ULL); }
+  float Next1D() { return Sampler::ToUnit(static_cast<uint32_t>(Next() >> 32)); }
+  Vec2 Next2D() {
+    const float x = Next1D();
+    return {x, Next1D()};
+  }
+
+ private:
+  uint64_t state_;
+};
 
 inline Vec3 PointIn(const Bounds3& box, Random& random) {
   const Vec2 u = random.Next2D();
