@@ -47,7 +47,7 @@ void FocalStatistics::Collect(const FocalRecord& r) {
 void FocalStatistics::Record(const FocalRecord& r) {
   if (!Gate(r)) return;
   if (r.value == 0) return;
-  float value = r.value * field_->radiance_scale();
+  float value = std::min(r.value * field_->radiance_scale(), 3e38f);
   const FocalOptions& options = field_->options();
   if (options.learn_fraction) {
     const float product = std::min(value * r.pdf, 3e38f);
@@ -74,9 +74,9 @@ void FocalStatistics::Record(const FocalRecord& r) {
   }
   for (const Share& share : shares_) {
     const double part = by_weight ? share.weight : share.length;
-    const float added = static_cast<float>(std::min(value * (part / total), 3e38));
+    if (part == 0) continue;
     Touch(share.slot);
-    counts_.saturated += !sums_[share.slot].Add(added);
+    counts_.saturated += !sums_[share.slot].Add(static_cast<float>(value * (part / total)));
   }
 }
 

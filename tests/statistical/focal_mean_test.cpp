@@ -2,38 +2,22 @@
 // over independent seeds, by Welch's t-test on the image's mean and on each of its quadrants.
 #include <gtest/gtest.h>
 
+#include "tests/statistical/image_means.h"
 #include "tests/statistical/small_scenes.h"
-#include "tests/support/render.h"
-#include "tests/support/statistical.h"
 
 namespace lodestar {
 namespace {
 
-constexpr int kSeeds = 10, kRegions = 5;  // four quadrants and the whole
-constexpr uint64_t kSpp = 48;
-
-using Means = std::array<test::Moments, kRegions>;
+constexpr int kSeeds = 10, kRegions = test::kRegions;
+using Means = test::ImageMeans;
 
 Means RenderSeeds(const CompiledJob& compiled, const std::string& method,
                   const std::map<std::string, std::string>& options, uint64_t first_seed, double scale = 1) {
-  Means means;
-  for (uint64_t seed = 0; seed < kSeeds; ++seed) {
-    JobSpec job;
-    job.method = method;
-    job.options = options;
-    job.budget.spp = kSpp;
-    job.seed = first_seed + seed;
-    const Image image = test::Render(compiled, job).image;
-    std::array<double, kRegions> sums{};
-    for (uint32_t y = 0; y < image.height; ++y)
-      for (uint32_t x = 0; x < image.width; ++x) {
-        const double value = Luminance(image.pixels[size_t{y} * image.width + x]);
-        sums[(y * 2 / image.height) * 2 + x * 2 / image.width] += value;
-        sums[4] += value;
-      }
-    for (int i = 0; i < kRegions; ++i) means[i].Add(scale * sums[i] / static_cast<double>(image.size()));
-  }
-  return means;
+  JobSpec job;
+  job.method = method;
+  job.options = options;
+  job.budget.spp = 48;
+  return test::RenderSeeds(compiled, job, kSeeds, first_seed, scale);
 }
 
 // Scenes x variants x regions.
