@@ -10,8 +10,8 @@ using Lanes = xsimd::batch<float>;
 constexpr int kLanes = Lanes::size;
 static_assert(kSide % kLanes == 0);
 
-// Four points resolve lobes down to a third of the cell's size, as well as the variance can tell.
-constexpr float kWidestCell = 3;
+// Four points resolve lobes down to a quarter of the cell's size, as well as the variance can tell.
+constexpr float kWidestCell = 4;
 
 struct Lanes3 {
   Lanes x, y, z;

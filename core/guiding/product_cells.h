@@ -2,7 +2,7 @@
 // at once, and over the four children of any cell.
 //
 // How an LTC is integrated depends on how wide the cell is beside it. Up to its width: the density at the centre, for
-// children. Up to three times that: the density at four points. Wider: the closed form over polygons, whose sides are
+// children. Up to four times that: the density at four points. Wider: the closed form over polygons, whose sides are
 // great circles. Meridians are; the third level's parallels are bent once in the middle, and those of finer cells are
 // short. Neighbours share their edges, so they never overlap and the integrals over children add up to their parent's.
 // The points are the cheapest and true to the cell's shape; the closed form cannot miss a lobe.

