@@ -5,7 +5,7 @@
 //
 // Each entry minimises the Kullback-Leibler divergence of the lobe from the LTC (Heitz et al. 2016 minimise the cubed
 // error; for sampling it is the ratio that counts). The lobe below the horizon does not exist, so the LTC is normalised
-// over the upper hemisphere, and beside it a fiftieth of a cosine lobe is allowed for, as product sampling has it.
+// over the upper hemisphere, and beside it a fiftieth of a cosine lobe is allowed for (product sampling has more).
 // Simplex search (Nelder and Mead 1965), started from the neighbours' solutions, rough to smooth, normal to grazing.
 #include <algorithm>
 #include <array>

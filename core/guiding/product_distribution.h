@@ -3,10 +3,10 @@
 //
 // Deviations from the document, measured in docs/decisions/0009-product-guiding.md:
 // - Over the first three levels the product is not chosen level by level but summed up from the 8 x 8 cells of the
-//   third: light and lobe that share a quarter of the sphere need not overlap. Below, where a cell has a good part of a
-//   lobe that is narrower than the cell, the document's descent goes on, also below the tree's own leaves; everywhere
-//   else the flux alone decides. Depth depends on the lobes alone, so Sample and Pdf agree on it.
-// - Cells are integrated over exactly but for the bend of their borders (product_cells.h).
+//   third: light and lobe that share a quarter of the sphere need not overlap. Below, the document's descent goes on
+//   for two levels, and further where a cell has a good part of a narrow lobe, also below the tree's own leaves; then
+//   the flux alone decides. Depth depends on the lobes alone, so Sample and Pdf agree on it.
+// - Cells are integrated over by points or by edges, exact but for the bend of their borders (product_cells.h).
 // - Every choice is mixed with the tree's own: whatever the errors of lobes and integrals,
 //   Pdf(w) >= kLeastRatio * the tree's density.
 #pragma once
@@ -18,8 +18,7 @@ namespace lodestar {
 
 class ProductDistribution {
  public:
-  // Shares of the samples that follow the tree alone: in the choice of the block's cell, and once more below it where
-  // the product goes deeper.
+  // Shares of the samples that follow the tree alone: in the choice of the block's cell, and once more below it.
   static constexpr float kBlockDefence = 1.0f / 32, kDeepDefence = 1.0f / 16;
   static constexpr float kLeastRatio = kBlockDefence * kDeepDefence;
 

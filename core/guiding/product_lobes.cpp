@@ -16,7 +16,8 @@ ProductLobes::ProductLobes(const Frame& frame, Vec3 wo, std::span<const ProductL
     kept += lobe.weight;
     if (lobe.kind == ProductLobe::Kind::kDiffuseTransmission) {
       transmission_ += lobe.weight;
-    } else if (lobe.kind == ProductLobe::Kind::kDiffuseReflection || glossy_count_ == kMaxGlossy) {
+    } else if (lobe.kind == ProductLobe::Kind::kDiffuseReflection || glossy_count_ == kMaxGlossy ||
+               cos_o < LtcTable::kMinCos) {
       diffuse_ += lobe.weight;
     } else {
       // Any tangent does where wo is the normal: the lobe is round.

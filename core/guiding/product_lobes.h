@@ -1,5 +1,7 @@
 // What a surface scatters at one vertex, as product guiding sees it: cosine lobes in front and behind, and linearly
 // transformed cosines for glossy reflections. Only the lobes' shape and share count; colours and Fresnel do not.
+// Where wo is within 5 degrees of the horizon, glossy lobes count as cosine lobes (Diolatzis et al. 2020, section
+// 3.2.3): their peak moves too fast, and the product was worse than the tree.
 #pragma once
 
 #include <array>
@@ -27,8 +29,9 @@ class ProductLobes {
   // Lobes with a smaller share of the weight are left out: they cost as much as large ones.
   static constexpr float kLeastShare = 0.01f;
   // Of a glossy lobe's weight, given to a cosine lobe: a microfacet lobe's far tail reaches every direction above the
-  // horizon, an LTC ends at a plane of its own. bench/ltc_fit.cpp fits with the same share.
-  static constexpr float kTailShare = 0.02f;
+  // horizon, an LTC ends at a plane of its own; and what the tree blurs, a narrow lobe must not sharpen
+  // (docs/decisions/0009-product-guiding.md).
+  static constexpr float kTailShare = 0.1f;
 
   // wo in the frame's own (outer) space, of unit length; n on either side. More glossy lobes than kMaxGlossy: the
   // last ones count as diffuse. No lobe of positive weight: none() holds.
