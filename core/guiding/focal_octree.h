@@ -163,10 +163,15 @@ inline void FocalOctree::Walk(const FocalRay& ray, float t_end, Visit&& visit) c
     visit(index, node, hit, valid, near, far);
     // 3. The nodes among those that are crossed.
     unsigned inner = static_cast<unsigned>(hit) & (kLiveOnly ? node.live : node.inner);
-    for (; inner != 0; inner &= inner - 1) {
-      const int octant = std::countr_zero(inner);
-      const __m128 at = _mm_add_ps(corner, _mm_mul_ps(half, _mm_load_ps(kOffset[octant])));
-      stack[waiting++] = {at, node.Child(octant)};
+    if (inner != 0) {
+      const auto enter_octant = [&](int octant) {
+        return Pending{_mm_add_ps(corner, _mm_mul_ps(half, _mm_load_ps(kOffset[octant]))), node.Child(octant)};
+      };
+      const Pending next = enter_octant(std::countr_zero(inner));
+      for (inner &= inner - 1; inner != 0; inner &= inner - 1) stack[waiting++] = enter_octant(std::countr_zero(inner));
+      corner = next.corner;
+      index = next.node;
+      continue;
     }
     if (waiting == 0) return;
     --waiting;
