@@ -2,7 +2,6 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
-#include "core/guiding/reconstruction.h"
 
 namespace lodestar {
 namespace {
@@ -27,7 +26,9 @@ double Mass(SdTreeOptions::Target target, double sum, int depth) {
   return target == SdTreeOptions::Target::kRadiance ? sum : std::sqrt(std::ldexp(sum, -2 * depth));
 }
 
-directional::CellMasses Masses(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf) {
+}  // namespace
+
+directional::CellMasses RecordedMasses(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf) {
   const DirectionalNode* const nodes = tree.Tree(leaf);
   const uint32_t node_count = tree.leaf(leaf).node_count, halves = statistics.halves();
   const std::span<const ExactSum> sums = statistics.slots(leaf);
@@ -56,6 +57,8 @@ directional::CellMasses Masses(const SdTree& tree, const SdTreeStatistics& stati
   return masses;
 }
 
+namespace {
+
 directional::Tree RebuildTree(const SdTree& tree, directional::CellMasses masses, bool reconstruct, double flux_threshold) {
   using Reconstruction = SdTreeOptions::Reconstruction;
   const SdTreeOptions& options = tree.options();
@@ -77,7 +80,7 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
   directional::CellMasses masses;
   double total = 0;
   if (records >= options.min_records) {
-    masses = Masses(tree, statistics, leaf);
+    masses = RecordedMasses(tree, statistics, leaf);
     for (const double mass : masses.total) total += mass;
   }
   if (total > 0) {

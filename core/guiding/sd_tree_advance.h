@@ -9,6 +9,7 @@
 
 #include <memory>
 
+#include "core/guiding/reconstruction.h"
 #include "core/guiding/sd_tree.h"
 #include "core/guiding/sd_tree_statistics.h"
 
@@ -17,5 +18,9 @@ namespace lodestar {
 // samples_per_pixel: of the iteration that was recorded (2^k times those of a pass), which the split threshold depends
 // on.
 std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics, double samples_per_pixel);
+
+// What was recorded in a leaf's cells, as Advance() rebuilds its D-tree from: in the target's unit, the halves apart where
+// the statistics keep them.
+directional::CellMasses RecordedMasses(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf);
 
 }  // namespace lodestar

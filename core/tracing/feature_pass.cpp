@@ -1,0 +1,150 @@
+#include "core/tracing/feature_pass.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+
+#include "core/base/check.h"
+#include "core/base/threads.h"
+#include "core/learning/focal_guiding.h"
+#include "core/learning/path_tracing.h"
+#include "core/tracing/focal_guide.h"
+#include "core/tracing/path_kernel.h"
+#include "core/tracing/path_tracer.h"
+#include "core/tracing/sd_tree_guide.h"
+
+namespace lodestar {
+namespace {
+
+constexpr int kMostInterfaces = 1000;  // as the path kernel
+
+// The next surface that scatters along a ray, as the path's vertex `depth`.
+std::optional<SurfaceHit> NextSurface(const Scene& scene, Ray ray, uint32_t depth, Sampler& sampler) {
+  sampler.StartAt(kFirstVertexPair + depth * kPairsPerVertex);
+  const float u_mix = sampler.Next2D().y;
+  float distance = 0;
+  for (int passed = 0; passed <= kMostInterfaces; ++passed) {
+    Hit hit;
+    if (!scene.Intersect(ray, &hit)) return std::nullopt;
+    SurfaceHit found;
+    found.si = scene.Interaction(ray, hit);
+    found.bsdf = scene.BsdfAt(found.si, u_mix);
+    distance += hit.t;
+    if (found.bsdf.kind() != Bsdf::Kind::kNone) {
+      found.wo = found.si.shading.ToLocal(-ray.direction);
+      found.distance = distance;
+      return found;
+    }
+    ray.origin = Scene::OffsetOrigin(found.si, ray.direction);
+  }
+  return std::nullopt;
+}
+
+// From a first surface on.
+std::optional<SurfaceHit> ThroughMirrors(const Scene& scene, std::optional<SurfaceHit> at, Sampler& sampler) {
+  for (uint32_t depth = 0; at && !at->bsdf.HasSmoothLobes(); ++depth) {
+    if (depth >= static_cast<uint32_t>(scene.max_depth())) return std::nullopt;
+    // The kernel's numbers for this vertex: (roulette, mix), (technique, light), direction.
+    sampler.StartAt(kFirstVertexPair + depth * kPairsPerVertex + 1);
+    const float u_lobe = sampler.Next2D().x;
+    const auto sample = at->bsdf.Sample(at->wo, u_lobe, sampler.Next2D());
+    if (!sample) return std::nullopt;
+    const Vec3 wi = at->si.shading.ToWorld(sample->wi);
+    at = NextSurface(scene, {Scene::OffsetOrigin(at->si, wi), wi, kInfinity}, depth + 1, sampler);
+  }
+  return at;
+}
+
+template <class Guide>
+SharesAt SharesFrom(Guide guide, bool next_event) {
+  return [guide = std::move(guide), next_event](const SurfaceHit& hit) -> TechniqueShares {
+    const auto local = guide.At(hit.si, hit.bsdf, hit.wo);
+    return {local.bsdf_fraction, next_event ? local.nee_probability : 0.0f};
+  };
+}
+
+void RenderRow(const Scene& scene, const PixelFilter& filter, uint64_t seed, const SharesAt& shares, uint32_t y, Features* out) {
+  for (uint32_t x = 0; x < out->width; ++x) {
+    Rgb albedo;
+    Vec3 normal;
+    float depth = 0, fraction = 0, nee = 0;
+    int hits = 0, smooth_hits = 0;
+    for (uint32_t pass = 0; pass < kFeatureSamples; ++pass) {
+      Sampler sampler(seed, x, y, pass);
+      const Vec2 offset = filter.Sample(sampler.Next2D()).offset;
+      const Vec2 film{static_cast<float>(x) + 0.5f + offset.x, static_cast<float>(y) + 0.5f + offset.y};
+      const CameraRay ray = scene.camera().Generate(film, scene.camera().has_lens() ? sampler.Next2D() : Vec2{});
+      const auto first = FirstSurface(scene, ray, sampler);
+      if (!first) continue;
+      ++hits;
+      albedo += first->bsdf.Albedo(first->wo);
+      normal += first->wo.z < 0 ? -first->si.shading.n : first->si.shading.n;
+      depth += first->distance;
+      const auto smooth = ThroughMirrors(scene, first, sampler);
+      if (!smooth) continue;
+      ++smooth_hits;
+      const TechniqueShares at = shares(*smooth);
+      fraction += at.bsdf_fraction;
+      nee += at.nee_probability;
+    }
+    const size_t i = size_t{y} * out->width + x;
+    out->albedo[i] = albedo * (1.0f / kFeatureSamples);
+    out->normal[i] = normal * (1.0f / kFeatureSamples);
+    out->depth[i] = hits > 0 ? depth / static_cast<float>(hits) : kInfinity;
+    if (smooth_hits == 0) continue;
+    out->bsdf_fraction[i] = fraction / static_cast<float>(smooth_hits);
+    out->nee[i] = nee / static_cast<float>(smooth_hits);
+  }
+}
+
+}  // namespace
+
+std::optional<SurfaceHit> FirstSurface(const Scene& scene, const CameraRay& ray, Sampler& sampler) {
+  return NextSurface(scene, {ray.origin, ray.direction, kInfinity}, 0, sampler);
+}
+
+std::optional<SurfaceHit> FirstSmoothSurface(const Scene& scene, const CameraRay& ray, Sampler& sampler) {
+  return ThroughMirrors(scene, FirstSurface(scene, ray, sampler), sampler);
+}
+
+SharesAt SharesOf(const Scene& scene, const Method& method, const std::shared_ptr<const State>& state) {
+  if (const auto* path = dynamic_cast<const PathMethod*>(&method)) {
+    const float nee = path->options().nee == NeeMode::kAlways && scene.has_lights() ? 1.0f : 0.0f;
+    return [nee](const SurfaceHit&) { return TechniqueShares{1, nee}; };
+  }
+  if (const auto* guided = dynamic_cast<const SdTreeMethod*>(&method)) {
+    auto sd_tree = std::dynamic_pointer_cast<const SdTreeState>(state);
+    LODESTAR_CHECK(sd_tree);
+    const bool next_event = UsesNee(guided->options().nee, sd_tree->tree().iteration()) && scene.has_lights();
+    if (guided->options().product) return SharesFrom(SdTreeGuide<true>(sd_tree, guided->options().learn), next_event);
+    return SharesFrom(SdTreeGuide<false>(sd_tree, guided->options().learn), next_event);
+  }
+  if (const auto* focal = dynamic_cast<const FocalMethod*>(&method)) {
+    auto field = std::dynamic_pointer_cast<const FocalState>(state);
+    LODESTAR_CHECK(field);
+    return SharesFrom(FocalGuide(field), focal->options().nee == NeeMode::kAlways && scene.has_lights());
+  }
+  throw Error(ErrorKind::kUnsupported, "how method '" + std::string(method.name()) +
+                                           "' shares its samples out cannot be shown yet; leave out bsdf-fraction and nee");
+}
+
+Features RenderFeatures(const Scene& scene, uint64_t seed, const SharesAt& shares, int threads) {
+  Features out;
+  out.width = static_cast<uint32_t>(scene.resolution_x());
+  out.height = static_cast<uint32_t>(scene.resolution_y());
+  const size_t pixels = size_t{out.width} * out.height;
+  out.albedo.resize(pixels);
+  out.normal.resize(pixels);
+  out.depth.resize(pixels);
+  out.bsdf_fraction.resize(pixels);
+  out.nee.resize(pixels);
+  const PixelFilter filter = MakePixelFilter(scene);
+  tbb::task_arena arena(threads > 0 ? threads : UsableThreads());
+  arena.execute([&] {
+    tbb::parallel_for(uint32_t{0}, out.height, [&](uint32_t y) { RenderRow(scene, filter, seed, shares, y, &out); });
+  });
+  return out;
+}
+
+}  // namespace lodestar
