@@ -64,18 +64,18 @@ void GuideFile::Write(const std::filesystem::path& path) const {
   WriteText(path, Serialize());
 }
 
-void GuideFile::CheckScene(const std::string& scene_hash, const std::string& scene_path, const std::string& name) const {
+void GuideFile::CheckScene(const std::string& scene_hash, const std::string& scene_path,
+                           const std::string& name) const {
   if (scene_hash == survey.scene_hash) return;
-  throw Error(ErrorKind::kConflict, name + " was learned in another scene than " + scene_path + " (its hash is " +
-                                        survey.scene_hash.substr(0, 16) + "..., the scene's " +
-                                        scene_hash.substr(0, 16) +
-                                        "...); give the scene it was rendered from, unchanged, or render again with --state");
+  throw Error(ErrorKind::kConflict,
+              name + " was learned in another scene than " + scene_path + " (its hash is " +
+                  survey.scene_hash.substr(0, 16) + "..., the scene's " + scene_hash.substr(0, 16) +
+                  "...); give the scene it was rendered from, unchanged, or render again with --state");
 }
 
 std::shared_ptr<const State> ObservedMethod::Advance(const std::shared_ptr<const State>& state,
                                                      const IterationResult& result) const {
   auto next = method_->Advance(state, result);
-  ++*iterations_;
   if (result.statistics != nullptr) *last_ = GuideFile::Training{state->Serialize(), result.statistics->Serialize()};
   return next;
 }

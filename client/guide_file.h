@@ -1,5 +1,5 @@
-// The file of a guiding state, as `render --state` writes and `inspect --guide` reads it: what a run had learned when it
-// ended, with the job that it belongs to and the hash of its scene. Sealed (core/learning/sealed_bytes.h).
+// The file of a guiding state, as `render --state` writes and `inspect --guide` reads it: what a run had learned when
+// it ended, with the job that it belongs to and the hash of its scene. Sealed (core/learning/sealed_bytes.h).
 #pragma once
 
 #include <filesystem>
@@ -16,8 +16,8 @@ struct GuideFile {
   Survey survey;
   uint32_t iterations = 0;  // of training that made the state
   Bytes state;              // State::Serialize()
-  // What the last training iteration advanced from: state and sums, hence the records that the state was made from. Kept
-  // so that D-trees can be shown before their reconstruction. Not there where no iteration trained.
+  // What the last training iteration advanced from: state and sums, hence the records that the state was made from.
+  // Kept so that D-trees can be shown before their reconstruction. Not there where no iteration trained.
   struct Training {
     Bytes state, statistics;
     friend bool operator==(const Training&, const Training&) = default;
@@ -37,8 +37,8 @@ struct GuideFile {
 // A method that keeps, of each advance, what it came from; else it is the one it wraps.
 class ObservedMethod final : public Method {
  public:
-  ObservedMethod(std::unique_ptr<Method> method, std::optional<GuideFile::Training>* last, uint32_t* iterations)
-      : method_(std::move(method)), last_(last), iterations_(iterations) {}
+  ObservedMethod(std::unique_ptr<Method> method, std::optional<GuideFile::Training>* last)
+      : method_(std::move(method)), last_(last) {}
 
   std::string_view name() const override { return method_->name(); }
   std::shared_ptr<const State> Initial() const override { return method_->Initial(); }
@@ -59,7 +59,6 @@ class ObservedMethod final : public Method {
  private:
   std::unique_ptr<Method> method_;
   std::optional<GuideFile::Training>* last_;
-  uint32_t* iterations_;
 };
 
 }  // namespace lodestar

@@ -41,10 +41,17 @@ CompiledJob CompileScene(const SceneDescription& description, const JobSpec& job
 }
 
 RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads,
-                           const std::shared_ptr<const Image>& reference, const StopToken& stop,
-                           ProgressLine& progress) {
-  Loop loop(job, compiled.survey);
-  LocalExecutor executor(compiled.scene, job, loop.method(), threads);
+                           const std::shared_ptr<const Image>& reference, const StopToken& stop, ProgressLine& progress,
+                           GuideFile* guide) {
+  MethodFactory make_method = MakeMethod;
+  if (guide != nullptr) {
+    make_method = [guide](const JobSpec& spec, const Survey& survey) {
+      return std::make_unique<ObservedMethod>(MakeMethod(spec, survey), &guide->training);
+    };
+  }
+  Loop loop(job, compiled.survey, make_method);
+  const std::unique_ptr<Method> method = MakeMethod(job, compiled.survey);
+  LocalExecutor executor(compiled.scene, job, *method, threads);
   Loop::Hooks hooks;
   hooks.reference = reference;
   hooks.progress = [&](const JobProgress& at) { progress.Update(at); };
@@ -53,6 +60,13 @@ RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int 
   RenderResult result;
   if (loop.passes() > 0) result.image = loop.Develop();
   result.report = FinalReport(loop, result.image);
+  result.state = loop.state();
+  if (guide != nullptr) {
+    guide->job = job;
+    guide->survey = compiled.survey;
+    guide->iterations = static_cast<uint32_t>(result.report.training_iterations);
+    guide->state = result.state->Serialize();
+  }
   return result;
 }
 
@@ -79,9 +93,10 @@ std::map<std::string, std::string> ImageMetadata(const Json& report) {
   return metadata;
 }
 
-Json DeliverRender(const OutputPaths& paths, const Image& image, Json report, const std::string& label) {
-  Json files;
-  WriteImage(paths.image, image, ImageMetadata(report));
+Json DeliverRender(const OutputPaths& paths, const Image& image, Json report, const std::string& label,
+                   const std::vector<ImageChannel>& aovs) {
+  Json files = report.value("files", Json::object());
+  WriteImage(paths.image, image, ImageMetadata(report), aovs);
   files["image"] = paths.image.string();
   if (paths.png != paths.image) WriteImage(paths.png, image, {});
   files["png"] = paths.png.string();
@@ -135,9 +150,9 @@ std::string Summary(const Json& report) {
       text += "  the first again: " + replay + "\n";
   }
   if (const auto files = report.find("files"); files != report.end()) {
-    for (const char* kind : {"image", "png", "plot", "csv", "json"}) {
+    for (const char* kind : {"image", "png", "plot", "csv", "json", "state", "fraction"}) {
       if (files->contains(kind))
-        text += std::string(kind) + std::string(7 - std::string(kind).size(), ' ') + Text((*files)[kind]) + "\n";
+        text += std::string(kind) + std::string(9 - std::string(kind).size(), ' ') + Text((*files)[kind]) + "\n";
     }
   }
   return text;

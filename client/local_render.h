@@ -6,6 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "client/guide_file.h"
 #include "client/outputs.h"
 #include "client/progress.h"
 #include "core/base/stop.h"
@@ -17,12 +18,13 @@ namespace lodestar {
 struct RenderResult {
   Image image;
   JobReport report;
+  std::shared_ptr<const State> state;  // at the end
 };
 
-// Runs the job to its budget or to a stop request. Throws Error.
+// Runs the job to its budget or to a stop request. `guide`, where given, is filled with what was learned. Throws Error.
 RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads,
-                           const std::shared_ptr<const Image>& reference, const StopToken& stop,
-                           ProgressLine& progress);
+                           const std::shared_ptr<const Image>& reference, const StopToken& stop, ProgressLine& progress,
+                           GuideFile* guide = nullptr);
 
 // CompileJob, with its errors turned into CommandError(kBadScene).
 CompiledJob CompileScene(const SceneDescription& description, const JobSpec& job);
@@ -36,8 +38,9 @@ nlohmann::json CompleteReport(nlohmann::json report, const ReportContext& contex
 
 // Writes the files of OutputPaths from an image and a report in JSON (report_json.h); gives back their names by kind,
 // e.g. {"image": "out.exr"}. The plot is left out where there are no error points or no matplotlib.
+// `aovs`: more channels of an EXR.
 nlohmann::json DeliverRender(const OutputPaths& paths, const Image& image, nlohmann::json report,
-                             const std::string& label);
+                             const std::string& label, const std::vector<ImageChannel>& aovs = {});
 
 // The metadata of the EXR, from the same report.
 std::map<std::string, std::string> ImageMetadata(const nlohmann::json& report);

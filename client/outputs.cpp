@@ -93,13 +93,15 @@ FloatImage ToFloatImage(const Image& image) {
   return floats;
 }
 
-void WriteImage(const fs::path& path, const Image& image, const std::map<std::string, std::string>& metadata) {
+void WriteImage(const fs::path& path, const Image& image, const std::map<std::string, std::string>& metadata,
+                const std::vector<ImageChannel>& more) {
   const std::string ending = Ending(path);
   if (ending == ".png") return WritePng(path.string(), ToFloatImage(image));
   if (ending == ".pfm") return WritePfm(path, image);
   const float* rgb = &image.pixels.data()->r;
   std::vector<ImageChannel> channels = {{"R", rgb, 3}, {"G", rgb + 1, 3}, {"B", rgb + 2, 3}};
   if (image.variance.size() == image.pixels.size()) channels.push_back({"variance.Y", image.variance.data(), 1});
+  channels.insert(channels.end(), more.begin(), more.end());
   ExrOptions options;
   options.metadata = metadata;
   WriteExr(path.string(), static_cast<int>(image.width), static_cast<int>(image.height), channels, options);

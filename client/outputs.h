@@ -24,9 +24,9 @@ struct OutputPaths {
 void PrepareFolder(const std::filesystem::path& file);
 
 // By the ending of the name. An EXR holds R, G, B and variance.Y (the variance of the luminance of each pixel's mean)
-// as 32-bit floats, and the metadata.
+// as 32-bit floats, `more` channels of the same size, and the metadata.
 void WriteImage(const std::filesystem::path& path, const Image& image,
-                const std::map<std::string, std::string>& metadata);
+                const std::map<std::string, std::string>& metadata, const std::vector<ImageChannel>& more = {});
 
 // Linear RGB, no variances. Throws Error(kNotFound / kCorrupt).
 Image ReadImageFile(const std::filesystem::path& path);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/command.h"
+#include "client/guide_aovs.h"
 #include "client/interrupt.h"
 #include "client/job_options.h"
 #include "client/local_render.h"
@@ -15,10 +16,29 @@ namespace {
 
 struct RenderArguments {
   JobArguments job;
-  std::string output, reference;
+  std::string output, reference, state, aovs;
   int threads = 0;
   bool json = false, quiet = false;
 };
+
+// Refuses, before anything is rendered, what the method cannot give.
+void CheckExtras(const RenderArguments& arguments, const AovChoice& aovs, const CompiledJob& compiled,
+                 const JobSpec& job) {
+  const std::unique_ptr<Method> method = MakeMethod(job, compiled.survey);
+  const auto initial = method->Initial();
+  if (!arguments.state.empty() && !method->NewStatistics(initial)) {
+    throw Error(ErrorKind::kInvalidInput,
+                "--state: method '" + job.method + "' learns nothing that could be saved; try --method sdtree");
+  }
+  if (aovs.shares()) SharesOf(*compiled.scene, *method, initial);
+}
+
+Features RenderAovs(const AovChoice& aovs, const CompiledJob& compiled, const JobSpec& job,
+                    const std::shared_ptr<const State>& state, int threads) {
+  SharesAt shares = [](const SurfaceHit&) { return TechniqueShares{}; };
+  if (aovs.shares()) shares = SharesOf(*compiled.scene, *MakeMethod(job, compiled.survey), state);
+  return RenderFeatures(*compiled.scene, job.seed, shares, threads);
+}
 
 ExitCode Render(const RenderArguments& arguments, const std::string& command_line) {
   // 1. Everything that can be wrong without rendering is found first.
@@ -28,6 +48,11 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
                                : std::filesystem::path(arguments.output);
   const OutputPaths paths = OutputPaths::For(output);
   PrepareFolder(paths.image);
+  const AovChoice aovs = AovChoice::Parse(arguments.aovs);
+  if (aovs.any() && paths.image.extension() != ".exr")
+    throw Error(ErrorKind::kInvalidInput,
+                "--aov needs an image that ends in .exr: other files have no room for channels");
+  if (!arguments.state.empty()) PrepareFolder(arguments.state);
   std::shared_ptr<const Image> reference;
   if (!arguments.reference.empty()) reference = std::make_shared<const Image>(ReadImageFile(arguments.reference));
 
@@ -37,13 +62,17 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   if (reference)
     CheckReferenceSize(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
 
+  CheckExtras(arguments, aovs, compiled, job);
+
   // 3. The render.
   StopToken stop;
   RenderResult result;
+  GuideFile guide;
   {
     InterruptGuard guard(&stop);
     ProgressLine progress(arguments.quiet);
-    result = RenderLocally(compiled, job, arguments.threads, reference, stop, progress);
+    result = RenderLocally(compiled, job, arguments.threads, reference, stop, progress,
+                           arguments.state.empty() ? nullptr : &guide);
   }
   const ExitCode code = InterruptGuard::Interrupted() ? ExitCode::kInterrupted : ExitCode::kOk;
 
@@ -52,7 +81,19 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   if (result.report.passes == 0) {
     std::fprintf(stderr, "no file was written: the run ended before its first round\n");
   } else {
-    report["files"] = DeliverRender(paths, result.image, report, job.method);
+    Features features;
+    if (!arguments.state.empty()) {
+      guide.Write(arguments.state);
+      report["files"]["state"] = arguments.state;
+    }
+    if (aovs.any()) features = RenderAovs(aovs, compiled, job, result.state, arguments.threads);
+    if (aovs.bsdf_fraction) {
+      const std::string picture =
+          std::filesystem::path(paths.image).replace_extension().string() + "-bsdf-fraction.png";
+      WriteFractionPng(picture, features);
+      report["files"]["fraction"] = picture;
+    }
+    report["files"] = DeliverRender(paths, result.image, report, job.method, AovChannels(aovs, features));
   }
   if (arguments.json) {
     std::cout << DumpJson(report) << "\n";
@@ -76,6 +117,16 @@ void AddRenderCommand(CLI::App& app, Invocation& invocation) {
   sub->add_option("--reference", arguments->reference,
                   "Measure the error against this image (.exr, .pfm) of the same size")
       ->type_name("FILE");
+  sub->add_option("--state", arguments->state,
+                  "Save what was learned, for `lodestar inspect --guide FILE`; not with methods that learn nothing")
+      ->type_name("FILE");
+  sub->add_option("--aov", arguments->aovs,
+                  "More channels of the .exr, of what the camera sees first, rendered once after the image: albedo "
+                  "(albedo.R, .G, .B), normal (N.X, .Y, .Z, world space), depth (Z, along the ray), and at the first "
+                  "surface that is no mirror or glass what the method does: bsdf-fraction (guide.bsdf_fraction, and a "
+                  "false-colour OUT-bsdf-fraction.png: blue guided, orange by the BSDF), nee (guide.nee, the share of "
+                  "vertices that sample a light) [none]")
+      ->type_name("NAME,...");
   sub->add_option("--threads", arguments->threads, "Threads [those this process may use]; never changes the image")
       ->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--json", arguments->json, "One JSON document on standard out: the report and the names of the files");
@@ -85,6 +136,8 @@ void AddRenderCommand(CLI::App& app, Invocation& invocation) {
       "  lodestar render scenes/door-ajar.pbrt --time 60s -o out/door.exr\n"
       "  lodestar render scenes/cornell-box.pbrt --method path --spp 64 --resolution 256x256 --json\n"
       "  lodestar render scene.pbrt --error 0.01 --reference ref.exr --seed 3 -o out/scene.exr\n"
+      "  lodestar render scenes/door-ajar.pbrt --spp 64 -o out/door.exr --aov albedo,normal,depth,bsdf-fraction\n"
+      "  lodestar render scenes/door-ajar.pbrt --spp 64 -o out/door.exr --state out/door.lguide\n"
       "Ctrl-C ends at the last finished round and writes the image so far; a second one quits at once.");
   sub->callback([arguments, &invocation] {
     invocation.run = [arguments, command_line = invocation.command_line] { return Render(*arguments, command_line); };

@@ -26,8 +26,8 @@ inline std::array<uint8_t, 3> OklabToSrgb(float lightness, float a, float b) {
           byte(-0.0041960863f * l - 0.7034186147f * m + 1.7076147010f * s)};
 }
 
-// A sequential map over [0, 1], clamped: lightness rises evenly from a dark violet over green to a light yellow, the hue
-// turns evenly with it, and the chroma is what sRGB has room for.
+// A sequential map over [0, 1], clamped: lightness rises evenly from a dark violet over green to a light yellow, the
+// hue turns evenly with it, and the chroma is what sRGB has room for.
 std::array<uint8_t, 3> SequentialColour(float t);
 
 }  // namespace lodestar

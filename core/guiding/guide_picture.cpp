@@ -1,5 +1,7 @@
 #include "core/guiding/guide_picture.h"
 
+#include <tbb/parallel_for.h>
+
 #include "core/base/check.h"
 
 namespace lodestar {
@@ -43,8 +45,9 @@ FloatGrid DrawDirectionalTree(const DirectionalNode* nodes, int level) {
 
 FloatGrid DrawSphere(SphereMap map, uint32_t height, const std::function<float(Vec3)>& density) {
   FloatGrid grid(map == SphereMap::kCylindrical ? height : 2 * height, height);
-  const float row = 1 / static_cast<float>(height * kSubsamples), column = 1 / static_cast<float>(grid.width * kSubsamples);
-  for (uint32_t y = 0; y < grid.height; ++y) {
+  const float row = 1 / static_cast<float>(height * kSubsamples),
+              column = 1 / static_cast<float>(grid.width * kSubsamples);
+  tbb::parallel_for(uint32_t{0}, grid.height, [&](uint32_t y) {
     double weights = 0;
     for (uint32_t j = y * kSubsamples; j < (y + 1) * kSubsamples; ++j) {
       const float top = CosAt(map, static_cast<float>(j) * row), bottom = CosAt(map, static_cast<float>(j + 1) * row);
@@ -56,7 +59,7 @@ FloatGrid DrawSphere(SphereMap map, uint32_t height, const std::function<float(V
       }
     }
     for (uint32_t x = 0; x < grid.width; ++x) grid.At(x, y) /= static_cast<float>(weights);
-  }
+  });
   return grid;
 }
 

@@ -29,7 +29,8 @@ enum class SphereMap : uint8_t {
 // The mean density over each pixel, exactly: 2^level pixels a side, cylindrical. Their mean is 1 / (4 pi).
 FloatGrid DrawDirectionalTree(const DirectionalNode* nodes, int level);
 
-// Of any density per steradian; each pixel the mean of 4 x 4 points, weighted by solid angle.
+// Of any density per steradian; each pixel the mean of 4 x 4 points, weighted by solid angle. Called from several
+// threads at once.
 FloatGrid DrawSphere(SphereMap map, uint32_t height, const std::function<float(Vec3)>& density);
 
 // Over the sphere: 1 for a picture of a distribution, as far as its pixels resolve it.

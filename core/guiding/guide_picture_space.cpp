@@ -42,7 +42,8 @@ class VoxelPainter {
   void Paint(Vec3 corner, float size, float density) {
     if (!(density > 0)) return;
     const float w = static_cast<float>(grid_->width), h = static_cast<float>(grid_->height);
-    const float x0 = corner[RightAxis(axis_)] * w, x1 = x0 + size * w, y1 = h - corner[UpAxis(axis_)] * h, y0 = y1 - size * h;
+    const float x0 = corner[RightAxis(axis_)] * w, x1 = x0 + size * w, y1 = h - corner[UpAxis(axis_)] * h,
+                y0 = y1 - size * h;
     const auto end = [](float to, uint32_t limit) { return std::min(limit, static_cast<uint32_t>(std::ceil(to))); };
     for (uint32_t y = static_cast<uint32_t>(std::max(y0, 0.0f)); y < end(y1, grid_->height); ++y) {
       const float fy = static_cast<float>(y), rows = std::min(fy + 1, y1) - std::max(fy, y0);
@@ -102,7 +103,8 @@ FloatGrid ProjectFocal(const FocalField& field, size_t octree, int axis, Project
   return grid;
 }
 
-float FocalAlongRay(const FocalField& field, size_t octree, Vec3 origin, Vec3 w, float distance, Projection projection) {
+float FocalAlongRay(const FocalField& field, size_t octree, Vec3 origin, Vec3 w, float distance,
+                    Projection projection) {
   float greatest = 0, sum = 0, length = 0;
   field.octrees()[octree].ForVoxels(field.RayOf(origin, w), distance / field.longest_side(),
                                     [&](uint32_t, float t0, float t1, float density) {

@@ -8,8 +8,12 @@
 
 namespace lodestar {
 
-constexpr int RightAxis(int axis) { return axis == 0 ? 1 : 0; }
-constexpr int UpAxis(int axis) { return axis == 2 ? 1 : 2; }
+constexpr int RightAxis(int axis) {
+  return axis == 0 ? 1 : 0;
+}
+constexpr int UpAxis(int axis) {
+  return axis == 2 ? 1 : 2;
+}
 
 // Which spatial leaf each pixel of a plane lies in.
 struct LeafPicture {

@@ -64,7 +64,8 @@ SharesAt SharesFrom(Guide guide, bool next_event) {
   };
 }
 
-void RenderRow(const Scene& scene, const PixelFilter& filter, uint64_t seed, const SharesAt& shares, uint32_t y, Features* out) {
+void RenderRow(const Scene& scene, const PixelFilter& filter, uint64_t seed, const SharesAt& shares, uint32_t y,
+               Features* out) {
   for (uint32_t x = 0; x < out->width; ++x) {
     Rgb albedo;
     Vec3 normal;
@@ -125,8 +126,9 @@ SharesAt SharesOf(const Scene& scene, const Method& method, const std::shared_pt
     LODESTAR_CHECK(field);
     return SharesFrom(FocalGuide(field), focal->options().nee == NeeMode::kAlways && scene.has_lights());
   }
-  throw Error(ErrorKind::kUnsupported, "how method '" + std::string(method.name()) +
-                                           "' shares its samples out cannot be shown yet; leave out bsdf-fraction and nee");
+  throw Error(ErrorKind::kUnsupported,
+              "how method '" + std::string(method.name()) +
+                  "' shares its samples out cannot be shown yet; leave out bsdf-fraction and nee");
 }
 
 Features RenderFeatures(const Scene& scene, uint64_t seed, const SharesAt& shares, int threads) {

@@ -1,8 +1,8 @@
-// What the camera sees first, without noise to speak of: the features that denoisers, compositors and people who study a
-// guide ask for. A pass of its own after the render; the image does not depend on it.
+// What the camera sees first, without noise to speak of: the features that denoisers, compositors and people who study
+// a guide ask for. A pass of its own after the render; the image does not depend on it.
 //
-// Each pixel is the mean of kFeatureSamples samples, which are the first of the render's own: same filter, lens and mixed
-// materials. A function of scene, seed, method and state alone.
+// Each pixel is the mean of kFeatureSamples samples, which are the first of the render's own: same filter, lens and
+// mixed materials. A function of scene, seed, method and state alone.
 #pragma once
 
 #include <functional>
@@ -29,7 +29,8 @@ struct SurfaceHit {
 
 // Along a camera ray. `sampler` decides what is random: mixed materials.
 std::optional<SurfaceHit> FirstSurface(const Scene& scene, const CameraRay& ray, Sampler& sampler);
-// The first one with smooth lobes, through at most the scene's depth of mirrors and glass, whose lobe `sampler` chooses.
+// The first one with smooth lobes, through at most the scene's depth of mirrors and glass, whose lobe `sampler`
+// chooses.
 std::optional<SurfaceHit> FirstSmoothSurface(const Scene& scene, const CameraRay& ray, Sampler& sampler);
 
 // How a method samples at a vertex.
@@ -48,7 +49,8 @@ struct Features {
   std::vector<Vec3> normal;  // shading normal in world space, turned towards the camera; 0 where nothing is hit. A mean
                              // of unit vectors: shorter than 1 on edges
   std::vector<float> depth;  // along the ray, in the scene's unit, over the samples that hit; infinite where none does
-  // At the first surface with smooth lobes, over the samples that found one; 0 where none did. No fraction is below 0.05.
+  // At the first surface with smooth lobes, over the samples that found one; 0 where none did. No fraction is below
+  // 0.05.
   std::vector<float> bsdf_fraction, nee;
 };
 // threads 0: UsableThreads().

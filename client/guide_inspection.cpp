@@ -1,0 +1,213 @@
+#include "client/guide_inspection.h"
+
+#include <charconv>
+#include <iostream>
+
+#include "client/guide_pictures.h"
+#include "client/guide_table.h"
+#include "client/job_options.h"
+#include "client/local_render.h"
+#include "client/values.h"
+#include "core/learning/focal_guiding.h"
+#include "core/tracing/sd_tree_guide.h"
+
+namespace lodestar {
+namespace {
+
+// "1,2,3" for N = 3.
+template <size_t N>
+std::array<float, N> ParseNumbers(const std::string& option, const std::string& text, const char* example) {
+  std::array<float, N> values{};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (size_t i = 0; i < N; ++i) {
+    const auto [next, error] = std::from_chars(at, end, values[i]);
+    const bool separated = i + 1 == N ? next == end : next != end && *next == ',';
+    if (error != std::errc() || !separated || !std::isfinite(values[i]))
+      throw Error(ErrorKind::kInvalidInput, option + " '" + text + "' must be " + std::to_string(N) +
+                                                " numbers with commas between them, as in " + example);
+    at = next + 1;
+  }
+  return values;
+}
+Vec3 ParsePoint(const std::string& option, const std::string& text) {
+  const auto v = ParseNumbers<3>(option, text, "0.5,1,-2");
+  return {v[0], v[1], v[2]};
+}
+Vec3 ParseDirection(const std::string& option, const std::string& text) {
+  const Vec3 w = ParsePoint(option, text);
+  const float length = Length(w);
+  if (!(length > 1e-18f) || !std::isfinite(length))
+    throw Error(ErrorKind::kInvalidInput, option + " '" + text + "' has no direction");
+  return w / length;
+}
+
+GuideFile ReadGuide(const std::string& path) {
+  try {
+    return GuideFile::Read(path);
+  } catch (const Error& error) {
+    throw CommandError(ExitCode::kIo, error.what());
+  }
+}
+
+// The scene as the file's job had it: its hash covers resolution and filter, too.
+std::shared_ptr<const Scene> CompileSceneOf(const GuideFile& file, const GuideArguments& arguments) {
+  const SceneDescription description = LoadScene(arguments.scene, arguments.lenient || file.job.lenient);
+  const CompiledJob compiled = CompileScene(description, file.job);
+  try {
+    file.CheckScene(compiled.survey.scene_hash, arguments.scene, arguments.guide);
+  } catch (const Error& error) {
+    throw CommandError(ExitCode::kIo, error.what());
+  }
+  return compiled.scene;
+}
+
+GuidePoint PointOfPixel(const Scene& scene, const GuideFile& file, const std::string& text) {
+  const Resolution pixel = ParsePixel(text);
+  const auto width = static_cast<uint32_t>(scene.resolution_x()), height = static_cast<uint32_t>(scene.resolution_y());
+  if (pixel.x >= width || pixel.y >= height) {
+    throw Error(ErrorKind::kInvalidInput, "--pixel " + text + " lies outside the image of " + std::to_string(width) +
+                                              "x" + std::to_string(height));
+  }
+  const CameraRay ray =
+      scene.camera().Generate({static_cast<float>(pixel.x) + 0.5f, static_cast<float>(pixel.y) + 0.5f}, {0.5f, 0.5f});
+  Sampler sampler(file.job.seed, pixel.x, pixel.y, 0);
+  auto hit = FirstSmoothSurface(scene, ray, sampler);
+  if (!hit)
+    throw Error(ErrorKind::kInvalidInput,
+                "--pixel " + text + ": no surface but mirrors or glass is seen there; try another");
+  GuidePoint point;
+  point.p = hit->si.p;
+  point.lobes = MakeProductLobes(hit->si, hit->bsdf, hit->wo);
+  point.surface = std::move(hit);
+  return point;
+}
+
+GuidePoint PointOfCoordinates(const GuideArguments& arguments) {
+  GuidePoint point;
+  point.p = ParsePoint("--at", arguments.at);
+  if (arguments.normal.empty()) {
+    if (!arguments.wo.empty()) throw Error(ErrorKind::kInvalidInput, "--wo needs --normal");
+    return point;
+  }
+  const Vec3 normal = ParseDirection("--normal", arguments.normal);
+  const Vec3 wo = arguments.wo.empty() ? normal : ParseDirection("--wo", arguments.wo);
+  ProductLobe lobe;
+  lobe.kind = arguments.roughness < 1 ? ProductLobe::Kind::kGgxReflection : ProductLobe::Kind::kDiffuseReflection;
+  lobe.alpha = arguments.roughness;
+  lobe.weight = 1;
+  point.lobes.emplace(Frame::FromNormal(normal), wo, std::span(&lobe, 1));
+  return point;
+}
+
+std::optional<GuidePoint> PointOf(const GuideArguments& arguments, const GuideFile& file, const Scene* scene) {
+  if (!arguments.pixel.empty()) {
+    if (scene == nullptr)
+      throw Error(ErrorKind::kInvalidInput, "--pixel needs the scene: lodestar inspect SCENE --guide FILE");
+    return PointOfPixel(*scene, file, arguments.pixel);
+  }
+  if (!arguments.at.empty()) return PointOfCoordinates(arguments);
+  if (!arguments.normal.empty()) throw Error(ErrorKind::kInvalidInput, "--normal needs --at");
+  return std::nullopt;
+}
+
+// What the guide does at a point, in figures.
+nlohmann::json DescribePoint(const GuidePoint& point, const SdTree* tree, const FocalField* field) {
+  const auto vec = [](Vec3 v) { return nlohmann::json{v.x, v.y, v.z}; };
+  nlohmann::json json = {{"p", vec(point.p)}};
+  if (point.surface) json["normal"] = vec(point.surface->si.shading.n);
+  if (tree != nullptr) {
+    const uint32_t index = tree->LeafAt(point.p);
+    const SdTreeLeaf& leaf = tree->leaf(index);
+    json["leaf"] = {{"index", index},
+                    {"nodes", leaf.node_count},
+                    {"depth", leaf.depth},
+                    {"learned", leaf.learned != 0},
+                    {"records", leaf.records},
+                    {"mean_flux", leaf.mean_flux},
+                    {"bsdf_fraction", leaf.bsdf_fraction},
+                    {"nee_probability", leaf.nee_probability}};
+  }
+  if (field != nullptr) json["bsdf_fraction"] = field->BsdfFraction(point.p);
+  return json;
+}
+
+void Print(const nlohmann::json& json, const std::string& table) {
+  std::cout << "state                 " << json["file"].get<std::string>() << ", "
+            << FormatBytes(json["file_bytes"].get<double>()) << "\n"
+            << "method                " << json["method"].get<std::string>() << ", " << json["training_iterations"]
+            << " training iterations\n"
+            << "scene                 " << json["scene_hash"].get<std::string>().substr(0, 16) << "..."
+            << (json["scene_checked"].get<bool>() ? ", as given" : ", not checked: no scene was given") << "\n"
+            << table;
+  if (json.contains("point")) std::cout << "point                 " << json["point"].dump() << "\n";
+  if (!json["note"].is_null()) std::cout << "note                  " << json["note"].get<std::string>() << "\n";
+  for (const auto& picture : json["pictures"])
+    std::cout << "picture               " << picture["file"].get<std::string>() << "\n";
+}
+
+}  // namespace
+
+ExitCode InspectGuide(const GuideArguments& arguments) {
+  // 1. The file, and the scene where one is given.
+  const GuideFile file = ReadGuide(arguments.guide);
+  GuideView view;
+  view.label = file.job.method;
+  view.bounds = file.survey.bounds;
+  if (!arguments.scene.empty()) view.scene = CompileSceneOf(file, arguments);
+  const std::shared_ptr<const State> state = MakeMethod(file.job, file.survey)->ParseState(file.state);
+  const auto* sd_tree = dynamic_cast<const SdTreeState*>(state.get());
+  const auto* focal = dynamic_cast<const FocalState*>(state.get());
+  if (sd_tree == nullptr && focal == nullptr)
+    throw Error(ErrorKind::kUnsupported, "states of method '" + file.job.method + "' cannot be shown yet");
+
+  // 2. What to look at.
+  view.point = PointOf(arguments, file, view.scene.get());
+  if (!arguments.range.empty()) {
+    const auto range = ParseNumbers<2>("--range", arguments.range, "1,8");
+    if (!(range[0] > 0) || !(range[1] > range[0]))
+      throw Error(ErrorKind::kInvalidInput, "--range " + arguments.range + ": LOW must be above zero and below HIGH");
+    view.density_scale = LogScale{range[0], range[1]};
+  }
+  nlohmann::json json = {{"file", arguments.guide},
+                         {"file_bytes", std::filesystem::file_size(arguments.guide)},
+                         {"state_bytes", file.state.size()},
+                         {"method", file.job.method},
+                         {"options", file.job.options},
+                         {"seed", file.job.seed},
+                         {"training_iterations", file.iterations},
+                         {"scene_hash", file.survey.scene_hash},
+                         {"scene_checked", view.scene != nullptr},
+                         {"note", nullptr},
+                         {"pictures", nlohmann::json::array()}};
+  json["state"] = sd_tree ? DescribeSdTree(sd_tree->tree()) : DescribeFocal(focal->field());
+  if (view.point) {
+    json["point"] = DescribePoint(*view.point, sd_tree ? &sd_tree->tree() : nullptr, focal ? &focal->field() : nullptr);
+  }
+
+  // 3. The pictures.
+  if (!arguments.output.empty()) {
+    PictureFolder pictures(arguments.output);
+    if (sd_tree) {
+      DrawSdTree(*sd_tree, file, view, &pictures);
+      if (view.point && RemakeTrees(file, view.point->p).empty())
+        json["note"] = "the file has too few records of this place to show its D-tree before reconstruction";
+    } else {
+      DrawFocal(focal->field(), view, &pictures);
+    }
+    if (view.point && view.point->surface) {
+      const SurfaceHit& hit = *view.point->surface;
+      pictures.DrawDensity("bsdf", "BSDF sampling at this pixel",
+                           [&](Vec3 w) { return hit.bsdf.Evaluate(hit.wo, hit.si.shading.ToLocal(w)).pdf; });
+    }
+    json["pictures"] = pictures.pictures();
+  }
+  if (arguments.json) {
+    std::cout << DumpJson(json) << "\n";
+  } else {
+    Print(json, sd_tree ? SdTreeTable(json["state"]) : FocalTable(json["state"]));
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace lodestar
