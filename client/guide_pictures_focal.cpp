@@ -1,5 +1,6 @@
 #include "client/guide_pictures.h"
 #include "client/values.h"
+#include "core/guiding/focal_projection.h"
 #include "core/guiding/guide_picture_space.h"
 
 namespace lodestar {
@@ -9,11 +10,11 @@ constexpr uint32_t kProjectionPixels = 512;
 constexpr char kAxes[] = "XYZ";
 
 struct Kind {
-  Projection projection;
+  FocalProjection projection;
   const char *name, *title;
 };
-constexpr Kind kKinds[] = {{Projection::kMaximum, "max", "greatest density"},
-                           {Projection::kAverage, "mean", "mean density"}};
+constexpr Kind kKinds[] = {{FocalProjection::kMaximum, "max", "greatest density"},
+                           {FocalProjection::kAverage, "mean", "mean density"}};
 
 std::string NameOf(const FocalField& field, size_t octree) {
   return field.octrees().size() == 1 ? "focal-" : octree == 0 ? "converging-" : "diverging-";
@@ -22,7 +23,7 @@ std::string NameOf(const FocalField& field, size_t octree) {
 void DrawAxes(const FocalField& field, size_t octree, const GuideView& view, PictureFolder* out) {
   for (const Kind& kind : kKinds) {
     for (int axis = 0; axis < 3; ++axis) {
-      const FloatGrid grid = ProjectFocal(field, octree, axis, kind.projection, kProjectionPixels);
+      const FloatGrid grid = ProjectAlong(field, octree, kind.projection, axis, kProjectionPixels);
       PictureStyle style;
       style.title = std::string(kind.title) + " along " + kAxes[axis];
       style.caption =
@@ -45,28 +46,31 @@ void DrawCamera(const FocalField& field, size_t octree, const GuideView& view, P
   const auto full_width = static_cast<uint32_t>(scene.resolution_x()),
              full_height = static_cast<uint32_t>(scene.resolution_y());
   const uint32_t step = std::max(1u, (std::max(full_width, full_height) + kProjectionPixels - 1) / kProjectionPixels);
-  const FloatGrid empty(std::max(1u, full_width / step), std::max(1u, full_height / step));
-  FloatGrid grids[2] = {empty, empty};
-  std::vector<float> shade(grids[0].values.size());
-  for (uint32_t y = 0; y < grids[0].height; ++y) {
-    for (uint32_t x = 0; x < grids[0].width; ++x) {
-      const float s = static_cast<float>(step);
-      const CameraRay ray = scene.camera().Generate(
-          {(static_cast<float>(x) + 0.5f) * s, (static_cast<float>(y) + 0.5f) * s}, {0.5f, 0.5f});
-      for (size_t k = 0; k < 2; ++k)
-        grids[k].At(x, y) = FocalAlongRay(field, octree, ray.origin, ray.direction, kInfinity, kKinds[k].projection);
+  const uint32_t width = std::max(1u, full_width / step), height = std::max(1u, full_height / step);
+  const auto camera_ray = [&](uint32_t x, uint32_t y) {
+    const float s = static_cast<float>(step);
+    return scene.camera().Generate({(static_cast<float>(x) + 0.5f) * s, (static_cast<float>(y) + 0.5f) * s},
+                                   {0.5f, 0.5f});
+  };
+  std::vector<float> shade(size_t{width} * height);
+  for (uint32_t y = 0; y < height; ++y) {
+    for (uint32_t x = 0; x < width; ++x) {
       Sampler sampler(0, x, y, 0);
-      if (const auto hit = FirstSurface(scene, ray, sampler))
-        shade[size_t{y} * empty.width + x] = 0.1f + 0.9f * std::fabs(hit->wo.z);
+      if (const auto hit = FirstSurface(scene, camera_ray(x, y), sampler))
+        shade[size_t{y} * width + x] = 0.1f + 0.9f * std::fabs(hit->wo.z);
     }
   }
-  for (size_t k = 0; k < 2; ++k) {
+  for (const Kind& kind : kKinds) {
     PictureStyle style;
-    style.title = std::string(kKinds[k].title) + " from the camera";
+    style.title = std::string(kind.title) + " from the camera";
     style.caption = "times the box's mean, along whole rays; the scene blended in";
     style.scale = view.density_scale;
     style.shade = shade;
-    out->Draw(NameOf(field, octree) + kKinds[k].name + "-camera", grids[k], style);
+    const FloatGrid grid = Project(field, octree, kind.projection, width, height, [&](uint32_t x, uint32_t y) {
+      const CameraRay ray = camera_ray(x, y);
+      return FocalPixelRay{ray.origin, ray.direction};
+    });
+    out->Draw(NameOf(field, octree) + kind.name + "-camera", grid, style);
   }
 }
 

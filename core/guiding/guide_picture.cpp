@@ -1,8 +1,7 @@
 #include "core/guiding/guide_picture.h"
 
-#include <tbb/parallel_for.h>
-
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 
 namespace lodestar {
 namespace {
@@ -47,7 +46,7 @@ FloatGrid DrawSphere(SphereMap map, uint32_t height, const std::function<float(V
   FloatGrid grid(map == SphereMap::kCylindrical ? height : 2 * height, height);
   const float row = 1 / static_cast<float>(height * kSubsamples),
               column = 1 / static_cast<float>(grid.width * kSubsamples);
-  tbb::parallel_for(uint32_t{0}, grid.height, [&](uint32_t y) {
+  ParallelFor(grid.height, [&](uint32_t y) {
     double weights = 0;
     for (uint32_t j = y * kSubsamples; j < (y + 1) * kSubsamples; ++j) {
       const float top = CosAt(map, static_cast<float>(j) * row), bottom = CosAt(map, static_cast<float>(j + 1) * row);

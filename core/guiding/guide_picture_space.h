@@ -1,10 +1,9 @@
-// Pictures of what a guide knows about space, as grids of floats (guide_picture.h), looked at along an axis: x with y
-// to the right and z up, y with x and z, z with x and y.
+// Planes through a spatial tree as pictures, and how all pictures along an axis lie: x has y to the right and z up, y
+// has x and z, z has x and y.
 #pragma once
 
-#include "core/guiding/focal_field.h"
 #include "core/guiding/guide_picture.h"
-#include "core/guiding/sd_tree.h"
+#include "core/guiding/spatial_tree.h"
 
 namespace lodestar {
 
@@ -14,6 +13,9 @@ constexpr int RightAxis(int axis) {
 constexpr int UpAxis(int axis) {
   return axis == 2 ? 1 : 2;
 }
+
+// Zeros for a view of a box along an axis: `longest` pixels along the longer of its two sides, which are above zero.
+FloatGrid EmptyPicture(Vec3 sides, int axis, uint32_t longest);
 
 // Which spatial leaf each pixel of a plane lies in.
 struct LeafPicture {
@@ -30,16 +32,5 @@ struct LeafPicture {
 // The plane through `p` across the axis, within `window`, which has some extent along both other axes; `longest` pixels
 // along the longer of them.
 LeafPicture DrawLeaves(const SpatialTree& tree, int axis, Vec3 p, const Bounds3& window, uint32_t longest);
-
-// Densities along lines of sight, relative to the mean of the field's box (Sadek 2025, section 3.8.1). Averages are
-// over the part of the line that lies in the box.
-enum class Projection : uint8_t { kMaximum, kAverage };
-
-// The whole box of one of the field's octrees seen along an axis: `longest` pixels along the longer side. The mean of
-// an average projection over all pixels is the octree's share of the mass.
-FloatGrid ProjectFocal(const FocalField& field, size_t octree, int axis, Projection projection, uint32_t longest);
-
-// Along one ray up to `distance`; 0 where it misses the box.
-float FocalAlongRay(const FocalField& field, size_t octree, Vec3 origin, Vec3 w, float distance, Projection projection);
 
 }  // namespace lodestar

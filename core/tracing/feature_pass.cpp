@@ -1,11 +1,11 @@
 #include "core/tracing/feature_pass.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 #include "core/base/threads.h"
 #include "core/learning/focal_guiding.h"
 #include "core/learning/path_tracing.h"
@@ -144,7 +144,7 @@ Features RenderFeatures(const Scene& scene, uint64_t seed, const SharesAt& share
   const PixelFilter filter = MakePixelFilter(scene);
   tbb::task_arena arena(threads > 0 ? threads : UsableThreads());
   arena.execute([&] {
-    tbb::parallel_for(uint32_t{0}, out.height, [&](uint32_t y) { RenderRow(scene, filter, seed, shares, y, &out); });
+    ParallelFor(out.height, [&](uint32_t y) { RenderRow(scene, filter, seed, shares, y, &out); });
   });
   return out;
 }

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "core/guiding/guide_picture_space.h"
-#include "tests/guiding/focal_testing.h"
 #include "tests/guiding/synthetic.h"
 
 namespace lodestar {
@@ -83,51 +82,6 @@ TEST(GuidePicture, ASliceShowsTheLeavesOfItsPlane) {
     EXPECT_EQ(picture.Of([](uint32_t leaf) { return static_cast<float>(leaf); }).At(x, y),
               static_cast<float>(tree->LeafAt(p)));
   }
-}
-
-TEST(GuidePicture, AverageProjectionsAddUpToTheMass) {
-  const auto field = focal_testing::RandomField({{-1, 0, 2}, {1, 4, 3}}, 7, 5, 4, true);
-  for (size_t octree = 0; octree < 2; ++octree) {
-    for (int axis = 0; axis < 3; ++axis) {
-      // 150 pixels: voxels end within pixels.
-      const FloatGrid mean = ProjectFocal(*field, octree, axis, Projection::kAverage, 150);
-      const FloatGrid greatest = ProjectFocal(*field, octree, axis, Projection::kMaximum, 150);
-      EXPECT_EQ(std::max(mean.width, mean.height), 150u);
-      double sum = 0;
-      for (size_t i = 0; i < mean.values.size(); ++i) {
-        sum += mean.values[i];
-        EXPECT_LE(mean.values[i], greatest.values[i] * 1.0001f);
-      }
-      EXPECT_NEAR(sum / static_cast<double>(mean.values.size()), field->octrees()[octree].mass() / field->mass(), 1e-3);
-    }
-  }
-}
-
-TEST(GuidePicture, ARayAcrossTheBoxSeesWhatTheProjectionShows) {
-  const auto field = focal_testing::RandomField({{-1, 0, 2}, {1, 4, 3}}, 5, 9);
-  const FloatGrid mean = ProjectFocal(*field, 0, 0, Projection::kAverage, 1024),
-                  greatest = ProjectFocal(*field, 0, 0, Projection::kMaximum, 1024);
-  test::Random random(4);
-  int compared = 0;
-  for (int i = 0; i < 100; ++i) {
-    const auto x = 1 + static_cast<uint32_t>(random.Next1D() * static_cast<float>(mean.width - 2)),
-               y = 1 + static_cast<uint32_t>(random.Next1D() * static_cast<float>(mean.height - 2));
-    // A pixel on a voxel's border shows a mean of both sides.
-    if (std::fabs(mean.At(x - 1, y) - mean.At(x + 1, y)) > 1e-5f ||
-        std::fabs(mean.At(x, y - 1) - mean.At(x, y + 1)) > 1e-5f)
-      continue;
-    ++compared;
-    const Vec3 origin{
-        field->corner().x - 1,
-        field->corner().y + field->sides().y * (static_cast<float>(x) + 0.5f) / static_cast<float>(mean.width),
-        field->corner().z + field->sides().z * (1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(mean.height))};
-    const float average = FocalAlongRay(*field, 0, origin, {1, 0, 0}, kInfinity, Projection::kAverage);
-    EXPECT_NEAR(average, mean.At(x, y), 1e-3f * average);
-    EXPECT_NEAR(FocalAlongRay(*field, 0, origin, {1, 0, 0}, kInfinity, Projection::kMaximum), greatest.At(x, y),
-                1e-3f * greatest.At(x, y));
-    EXPECT_EQ(FocalAlongRay(*field, 0, origin, {-1, 0, 0}, kInfinity, Projection::kAverage), 0);
-  }
-  EXPECT_GT(compared, 80);
 }
 
 }  // namespace
