@@ -8,6 +8,7 @@
 #include "client/job_options.h"
 #include "client/local_render.h"
 #include "client/values.h"
+#include "core/guiding/product_distribution.h"
 #include "core/learning/focal_guiding.h"
 #include "core/tracing/sd_tree_guide.h"
 
@@ -132,6 +133,47 @@ nlohmann::json DescribePoint(const GuidePoint& point, const SdTree* tree, const 
   return json;
 }
 
+// How the two techniques sample at a surface: the BSDF's density, and rays of each.
+void DrawTechniques(const Method& method, const SdTreeState* sd_tree, const FocalState* focal, const GuideView& view,
+                    PictureFolder* out) {
+  const SurfaceHit& hit = *view.point->surface;
+  out->DrawDensity("bsdf", "BSDF sampling at this pixel",
+                   [&](Vec3 w) { return hit.bsdf.Evaluate(hit.wo, hit.si.shading.ToLocal(w)).pdf; });
+  DrawRays(
+      "rays-bsdf", "rays by the BSDF", view,
+      [&](float u_choice, Vec2 u) -> std::optional<Vec3> {
+        const auto sample = hit.bsdf.Sample(hit.wo, u_choice, u);
+        return sample ? std::optional(hit.si.shading.ToWorld(sample->wi)) : std::nullopt;
+      },
+      out);
+  const auto draw = [&](const std::function<Vec3(Vec2)>& sample) {
+    DrawRays(
+        "rays-guide", "rays by the guide", view, [&](float, Vec2 u) { return std::optional(sample(u)); }, out);
+  };
+  if (focal != nullptr) return draw([&](Vec2 u) { return focal->field().Sample(hit.si.p, u).w; });
+  const SdTree& tree = sd_tree->tree();
+  const uint32_t leaf = tree.LeafAt(hit.si.p);
+  const auto* options = dynamic_cast<const SdTreeMethod*>(&method);
+  if (options != nullptr && options->options().product) {
+    const ProductDistribution product(tree.Tree(leaf), *view.point->lobes);
+    if (product.usable()) return draw([&](Vec2 u) { return product.Sample(u).w; });
+  }
+  draw([&](Vec2 u) { return tree.Sample(leaf, u).w; });
+}
+
+// The point on one line.
+std::string PointText(const nlohmann::json& point) {
+  std::string text;
+  for (const auto& coordinate : point["p"]) text += (text.empty() ? "" : ", ") + FormatNumber(coordinate.get<double>());
+  if (!point.contains("leaf")) return text + ": BSDF fraction " + FormatNumber(point["bsdf_fraction"].get<double>());
+  const auto& leaf = point["leaf"];
+  const auto number = [&](const char* key) { return FormatNumber(leaf[key].get<double>()); };
+  return text + ": leaf " + leaf["index"].dump() + (leaf["learned"].get<bool>() ? "" : " (nothing learned)") + ", " +
+         FormatCount(leaf["records"].get<double>()) + " records, D-tree of " + leaf["nodes"].dump() +
+         " nodes and depth " + leaf["depth"].dump() + ", mean flux " + number("mean_flux") + ", BSDF fraction " +
+         number("bsdf_fraction") + ", light samples " + number("nee_probability");
+}
+
 void Print(const nlohmann::json& json, const std::string& table) {
   std::cout << "state                 " << json["file"].get<std::string>() << ", "
             << FormatBytes(json["file_bytes"].get<double>()) << "\n"
@@ -140,7 +182,7 @@ void Print(const nlohmann::json& json, const std::string& table) {
             << "scene                 " << json["scene_hash"].get<std::string>().substr(0, 16) << "..."
             << (json["scene_checked"].get<bool>() ? ", as given" : ", not checked: no scene was given") << "\n"
             << table;
-  if (json.contains("point")) std::cout << "point                 " << json["point"].dump() << "\n";
+  if (json.contains("point")) std::cout << "point                 " << PointText(json["point"]) << "\n";
   if (!json["note"].is_null()) std::cout << "note                  " << json["note"].get<std::string>() << "\n";
   for (const auto& picture : json["pictures"])
     std::cout << "picture               " << picture["file"].get<std::string>() << "\n";
@@ -155,7 +197,8 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
   view.label = file.job.method;
   view.bounds = file.survey.bounds;
   if (!arguments.scene.empty()) view.scene = CompileSceneOf(file, arguments);
-  const std::shared_ptr<const State> state = MakeMethod(file.job, file.survey)->ParseState(file.state);
+  const std::unique_ptr<Method> method = MakeMethod(file.job, file.survey);
+  const std::shared_ptr<const State> state = method->ParseState(file.state);
   const auto* sd_tree = dynamic_cast<const SdTreeState*>(state.get());
   const auto* focal = dynamic_cast<const FocalState*>(state.get());
   if (sd_tree == nullptr && focal == nullptr)
@@ -195,11 +238,7 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
     } else {
       DrawFocal(focal->field(), view, &pictures);
     }
-    if (view.point && view.point->surface) {
-      const SurfaceHit& hit = *view.point->surface;
-      pictures.DrawDensity("bsdf", "BSDF sampling at this pixel",
-                           [&](Vec3 w) { return hit.bsdf.Evaluate(hit.wo, hit.si.shading.ToLocal(w)).pdf; });
-    }
+    if (view.point && view.point->surface) DrawTechniques(*method, sd_tree, focal, view, &pictures);
     json["pictures"] = pictures.pictures();
   }
   if (arguments.json) {

@@ -58,6 +58,11 @@ void DrawSdTree(const SdTreeState& state, const GuideFile& file, const GuideView
 // Projections along the axes and from the scene's camera; at a point the density of directions, and the BSDF's.
 void DrawFocal(const FocalField& field, const GuideView& view, PictureFolder* out);
 
+// Where directions lead from the view's surface (Sadek 2025, section 3.8.2): NAME-x, -y, -z, how many of 4096 rays to
+// the next surface pass each pixel of a view along that axis.
+void DrawRays(const std::string& name, const std::string& title, const GuideView& view,
+              const std::function<std::optional<Vec3>(float u_choice, Vec2 u)>& sample, PictureFolder* out);
+
 // The D-tree that `state` has at p, made once more from the records it came from by each method: "rebuilt" (no
 // reconstruction), "native" and "dense". Empty where the file has no records, or the leaf too few to have been rebuilt.
 struct RemadeTree {

@@ -14,22 +14,9 @@ std::string At(Vec3 p) {
   return "at " + FormatNumber(p.x) + ", " + FormatNumber(p.y) + ", " + FormatNumber(p.z);
 }
 
-// A little larger than the scene, and no side without extent.
-Bounds3 SliceWindow(const Bounds3& bounds) {
-  const Vec3 sides = bounds.Diagonal();
-  const float longest = std::max(MaxComponent(sides), 1e-20f);
-  Bounds3 window = bounds;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float more = 0.02f * longest + std::max(0.0f, 0.125f * longest - sides[axis]) / 2;
-    window.min[axis] -= more;
-    window.max[axis] += more;
-  }
-  return window;
-}
-
 void DrawSlices(const SdTree& tree, const GuideView& view, PictureFolder* out) {
   const Vec3 p = view.point ? view.point->p : view.bounds.Center();
-  const Bounds3 window = SliceWindow(view.bounds);
+  const Bounds3 window = PictureWindow(view.bounds);
   for (int axis = 0; axis < 3; ++axis) {
     const LeafPicture picture = DrawLeaves(tree.spatial(), axis, p, window, kSlicePixels);
     PictureStyle style;

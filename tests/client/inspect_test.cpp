@@ -136,6 +136,9 @@ TEST_F(Inspect, PicturesAtAPixelIntegrateToOne) {
   for (const char* name : {"flux-x", "flux-y", "flux-z", "records-x", "records-y", "records-z"})
     ASSERT_TRUE(pictures.contains(name)) << name;
   EXPECT_GT(pictures["flux-y"]["max"].get<double>(), 0);
+  // All rays begin in one pixel; of those of a diffuse BSDF none is lost.
+  EXPECT_GT(pictures["rays-bsdf-y"]["max"].get<double>(), 1000);
+  EXPECT_LE(pictures["rays-guide-y"]["max"].get<double>(), 4096);
 }
 
 TEST_F(Inspect, APointNeedsNoScene) {
