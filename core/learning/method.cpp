@@ -2,6 +2,7 @@
 
 #include "core/base/error.h"
 #include "core/learning/focal_guiding.h"
+#include "core/learning/grid_guiding.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
 
@@ -25,6 +26,10 @@ const std::vector<Registered>& Registry() {
       {FocalMethod::Entry(),
        [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
          return std::make_unique<FocalMethod>(job, survey);
+       }},
+      {GridMethod::Entry(),
+       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
+         return std::make_unique<GridMethod>(job, survey);
        }},
   };
   return kRegistry;

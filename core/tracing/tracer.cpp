@@ -4,9 +4,11 @@
 #include <string>
 
 #include "core/learning/focal_guiding.h"
+#include "core/learning/grid_guiding.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
 #include "core/tracing/focal_guide.h"
+#include "core/tracing/grid_guide.h"
 #include "core/tracing/path_tracer.h"
 #include "core/tracing/sd_tree_guide.h"
 
@@ -14,6 +16,7 @@ namespace lodestar {
 
 extern template class PathTracer<NoGuide>;
 extern template class PathTracer<FocalGuide>;
+extern template class PathTracer<GridGuide>;
 extern template class PathTracer<SdTreeGuide<false>>;
 extern template class PathTracer<SdTreeGuide<true>>;
 
@@ -59,6 +62,12 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
     LODESTAR_CHECK(focal_state);
     settings.next_event = focal->options().nee == NeeMode::kAlways && scene->has_lights();
     return std::make_unique<PathTracer<FocalGuide>>(std::move(scene), job.seed, settings, FocalGuide(std::move(focal_state)));
+  }
+  if (const auto* grid = dynamic_cast<const GridMethod*>(&method)) {
+    auto grid_state = std::dynamic_pointer_cast<const GridState>(std::move(state));
+    LODESTAR_CHECK(grid_state);
+    settings.next_event = grid->options().nee == NeeMode::kAlways && scene->has_lights();
+    return std::make_unique<PathTracer<GridGuide>>(std::move(scene), job.seed, settings, GridGuide(grid_state->grid(), grid->options()));
   }
   throw Error(ErrorKind::kUnsupported, "method '" + std::string(method.name()) + "' has no tracing half in this build");
 }

@@ -1,0 +1,97 @@
+// The radiance grid's bytes, version 1: header, then the voxels of which something is known, ascending, and all their
+// entries.
+#include <bit>
+#include <cmath>
+
+#include "core/guiding/radiance_grid.h"
+
+namespace lodestar {
+namespace {
+
+constexpr uint32_t kMagic = 0x44495247;  // "GRID"
+constexpr uint32_t kVersion = 1;
+
+// Zero or a positive number, without the sign that would make two forms of zero.
+bool Canonical(float value, float most) {
+  return value >= 0 && value <= most && !std::signbit(value);
+}
+
+}  // namespace
+
+Bytes RadianceGrid::Serialize() const {
+  ByteWriter out;
+  out.Put(kMagic);
+  out.Put(kVersion);
+  parts_.options.Write(out);
+  for (int axis = 0; axis < 3; ++axis) {
+    out.Put(parts_.corner[axis]);
+    out.Put(parts_.sides[axis]);
+  }
+  out.Put(parts_.iteration);
+  out.Put(parts_.radiance_scale);
+  std::vector<uint32_t> cells;
+  std::vector<float> radiance, weight;
+  for (uint32_t cell = 0; cell < cell_count(); ++cell) {
+    const auto of_cell = [&](const std::vector<float>& all) {
+      return std::span(all).subspan(Entry(cell, 0), direction_count());
+    };
+    const auto weights = of_cell(parts_.weight), radiances = of_cell(parts_.radiance);
+    if (std::all_of(weights.begin(), weights.end(), [](float w) { return w == 0; })) continue;
+    cells.push_back(cell);
+    weight.insert(weight.end(), weights.begin(), weights.end());
+    radiance.insert(radiance.end(), radiances.begin(), radiances.end());
+  }
+  out.PutVector(cells);
+  out.PutVector(radiance);
+  out.PutVector(weight);
+  return out.Take();
+}
+
+std::shared_ptr<const RadianceGrid> RadianceGrid::Parse(std::string_view bytes) {
+  ByteReader in(bytes, "radiance grid");
+  if (in.Get<uint32_t>() != kMagic) in.Fail("does not begin like one");
+  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
+    in.Fail("has version " + std::to_string(version) + ", known is 1");
+  GridParts parts;
+  parts.options = GridOptions::Read(in);
+  for (int axis = 0; axis < 3; ++axis) {
+    parts.corner[axis] = in.Get<float>();
+    parts.sides[axis] = in.Get<float>();
+  }
+  const float longest = MaxComponent(parts.sides);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(parts.sides[axis] >= 0.1f * longest && longest <= 2e30f && longest >= 1e-31f)) in.Fail("has invalid bounds");
+  }
+  if (!IsFinite(parts.corner)) in.Fail("has invalid bounds");
+  parts.iteration = in.Get<uint32_t>();
+  parts.radiance_scale = in.Get<float>();
+  const uint32_t scale_bits = std::bit_cast<uint32_t>(parts.radiance_scale);
+  if ((scale_bits & 0x807fffff) != 0 || scale_bits == 0 || !std::isfinite(parts.radiance_scale))
+    in.Fail("has an invalid radiance scale");
+
+  const auto cells = in.GetVector<uint32_t>();
+  const auto radiance = in.GetVector<float>(), weight = in.GetVector<float>();
+  const size_t directions = parts.options.direction_count();
+  if (cells.size() > parts.options.cell_count() || radiance.size() != cells.size() * directions ||
+      weight.size() != radiance.size())
+    in.Fail("has arrays of lengths that do not fit");
+  in.ExpectEnd();
+  parts.radiance.assign(parts.options.cell_count() * directions, 0);
+  parts.weight.assign(parts.radiance.size(), 0);
+  for (size_t i = 0; i < cells.size(); ++i) {
+    if (cells[i] >= parts.options.cell_count() || (i > 0 && cells[i] <= cells[i - 1]))
+      in.Fail("names a voxel that it does not have");
+    bool known = false;
+    for (size_t d = 0; d < directions; ++d) {
+      const float r = radiance[i * directions + d], w = weight[i * directions + d];
+      if (!Canonical(r, 3.4e38f) || !Canonical(w, 1) || (w == 0 && r != 0)) in.Fail("has an impossible entry");
+      known |= w > 0;
+      parts.radiance[cells[i] * directions + d] = r;
+      parts.weight[cells[i] * directions + d] = w;
+    }
+    if (!known) in.Fail("has a voxel of which nothing is known");
+  }
+  return std::make_shared<const RadianceGrid>(std::move(parts));
+}
+
+}  // namespace lodestar

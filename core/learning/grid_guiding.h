@@ -1,0 +1,77 @@
+// The learning half of grid guiding (Kim 2022): core/guiding's radiance grid as a method's state, its sums as
+// statistics. A training iteration is a step of the document: a batch of passes under the previous step's table.
+#pragma once
+
+#include "core/guiding/grid_sampling.h"
+#include "core/guiding/grid_statistics.h"
+#include "core/learning/method.h"
+#include "core/learning/nee.h"
+
+namespace lodestar {
+
+class GridState final : public State {
+ public:
+  explicit GridState(std::shared_ptr<const RadianceGrid> grid) : grid_(std::move(grid)) {}
+  const std::shared_ptr<const RadianceGrid>& grid() const { return grid_; }
+  Bytes Serialize() const override { return grid_->Serialize(); }
+
+ private:
+  std::shared_ptr<const RadianceGrid> grid_;
+};
+
+class GridGuidingStatistics final : public Statistics {
+ public:
+  explicit GridGuidingStatistics(GridStatistics sums) : sums_(std::move(sums)) {}
+  GridStatistics& sums() { return sums_; }
+  const GridStatistics& sums() const { return sums_; }
+  void Merge(const Statistics& other) override;  // of the same grid
+  Bytes Serialize() const override { return sums_.Serialize(); }
+
+ private:
+  GridStatistics sums_;
+};
+
+class GridMethod final : public Method {
+ public:
+  // What an entry learns from a path that left through it (Kim 2022, chapter 4).
+  enum class Learn : uint8_t {
+    kMonteCarlo,     // what the rest of the path brought
+    kSarsa,          // the next vertex's light and what the table says of its next direction
+    kExpectedSarsa,  // the next vertex's light and what the table says of all its directions
+  };
+  struct Options {
+    GridOptions grid;
+    GridRules rules;
+    Learn learn = Learn::kSarsa;
+    NeeMode nee = NeeMode::kAlways;
+    Combination combination;
+    float bsdf_fraction = 0.5f;
+    uint32_t exploration = 1;  // steps that are not guided yet
+    uint64_t batch = 8;        // passes of a step
+    uint32_t steps = 0;
+  };
+  // Throws Error(kInvalidInput) for options it does not have or values they cannot take.
+  GridMethod(const JobSpec& job, const Survey& survey);
+  static MethodEntry Entry();
+
+  const Options& options() const { return options_; }
+
+  std::string_view name() const override { return "grid"; }
+  std::shared_ptr<const State> Initial() const override;
+  std::shared_ptr<const State> ParseState(std::string_view bytes) const override;
+  std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const override;
+  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
+                                              std::string_view bytes) const override;
+  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
+                                       const IterationResult& result) const override;
+  uint64_t IterationPasses(uint32_t iteration) const override {
+    return iteration < options_.steps ? options_.batch : 0;
+  }
+  Combination combination() const override { return options_.combination; }
+
+ private:
+  Options options_;
+  Bounds3 bounds_;
+};
+
+}  // namespace lodestar
