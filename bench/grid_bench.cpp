@@ -13,6 +13,7 @@
 //   gain      of efficiency: 1 / (relMSE * time)
 //   invalid   directions, by any technique, that lie below the surface or carry nothing for another reason, in per cent
 //   mean      of the image over the reference's: 1 but for noise, and for the bias of normalisation=memo
+//   +-        its standard error, the reference's not counted
 #include <time.h>
 
 #include <algorithm>
@@ -152,18 +153,20 @@ void Main(int argc, char** argv) {
       v.relmse.push_back(error.relmse_trimmed);
       v.mean.push_back(Mean(image) / Mean(reference));
     }
-  std::printf("%s, %ux%u, %s spp, %d seeds\n%7s %7s %7s %7s %7s %7s %7s %8s\n", argv[1], common.resolution_x, common.resolution_y, argv[4], seeds, "MAE",
-              "spread", "relMSE", "time", "rays", "gain", "invalid", "mean");
+  std::printf("%s, %ux%u, %s spp, %d seeds\n%7s %7s %7s %7s %7s %7s %7s %8s %8s\n", argv[1], common.resolution_x, common.resolution_y, argv[4], seeds, "MAE",
+              "spread", "relMSE", "time", "rays", "gain", "invalid", "mean", "+-");
   for (Variant& v : variants) {
     double mae = 0, relmse = 0, base_mae = 0, base_relmse = 0, mean = 0, square = 0;
     for (size_t s = 0; s < v.mae.size(); ++s) {
       mae += v.mae[s], relmse += v.relmse[s], mean += v.mean[s] / seeds;
       base_mae += variants[0].mae[s], base_relmse += variants[0].relmse[s];
     }
+    double mean_square = 0;
+    for (const double m : v.mean) mean_square += Sqr(static_cast<float>(m - mean));
     for (size_t s = 0; s < v.mae.size(); ++s) square += Sqr(static_cast<float>(v.mae[s] / variants[0].mae[s] - mae / base_mae));
     const double time = Median(v.seconds) / Median(variants[0].seconds);
-    std::printf("%7.3f %7.3f %7.3f %7.3f %7.3f %7.3f %7.3f %8.5f  %s\n", mae / base_mae, std::sqrt(square) / seeds, relmse / base_relmse, time,
-                v.rays / variants[0].rays,                 base_relmse / (relmse * time), InvalidPercent(compiled, v), mean, v.name.c_str());
+    std::printf("%7.3f %7.3f %7.3f %7.3f %7.3f %7.3f %7.3f %8.5f %8.5f  %s\n", mae / base_mae, std::sqrt(square) / seeds, relmse / base_relmse, time,
+                v.rays / variants[0].rays,                 base_relmse / (relmse * time), InvalidPercent(compiled, v), mean, std::sqrt(mean_square) / seeds, v.name.c_str());
   }
 }
 

@@ -12,9 +12,13 @@ namespace {
 constexpr float kMargin = 0x1p-10f;    // of the longest side: what lies on the box's faces lies inside
 constexpr float kLeastSide = 0x1p-3f;  // of the longest side
 
+// A multiplication each: there are a quarter of a million of them a step.
 uint64_t HashFloats(uint64_t hash, std::span<const float> values) {
-  for (const float value : values) hash = MixCombine(hash, std::bit_cast<uint32_t>(value));
-  return hash;
+  for (const float value : values) {
+    hash = (hash ^ std::bit_cast<uint32_t>(value)) * 0x9e3779b97f4a7c15ULL;
+    hash ^= hash >> 29;
+  }
+  return Mix64(hash);
 }
 
 }  // namespace
@@ -65,15 +69,15 @@ RadianceGrid::RadianceGrid(GridParts parts)
 // were `prior` records of its own.
 void RadianceGrid::Estimate(uint32_t cell) {
   const double prior = double{parts_.options.prior} * parts_.options.learning_rate;
-  if (prior == 0) return;
+  const auto weights = std::span(parts_.weight).subspan(Entry(cell, 0), direction_count());
+  if (prior == 0 || std::all_of(weights.begin(), weights.end(), [](float w) { return w == 0; })) return;
   struct Sum {
     double weight = 0, value = 0;
   };
   const auto rows = static_cast<uint32_t>(parts_.options.directions);
   std::vector<std::vector<Sum>> levels(1, std::vector<Sum>(direction_count()));  // finest first
   for (uint32_t d = 0; d < direction_count(); ++d) {
-    const double weight = parts_.weight[Entry(cell, d)];
-    levels[0][d] = {weight, weight * parts_.radiance[Entry(cell, d)]};
+    levels[0][d] = {weights[d], double{weights[d]} * parts_.radiance[Entry(cell, d)]};
   }
   for (uint32_t side = rows / 2; side >= 1; side /= 2) {
     std::vector<Sum> coarse(size_t{2} * side * side);
@@ -87,7 +91,6 @@ void RadianceGrid::Estimate(uint32_t cell) {
     levels.push_back(std::move(coarse));
   }
   const Sum &left = levels.back()[0], &right = levels.back()[1];
-  if (!(left.weight + right.weight > 0)) return;
   std::vector<double> above = {(left.value + right.value) / (left.weight + right.weight)};
   for (uint32_t side = 1, shift = 1; side <= rows; side *= 2, ++shift) {
     const std::vector<Sum>& level = levels[levels.size() - shift];

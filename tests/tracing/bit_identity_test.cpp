@@ -16,6 +16,7 @@ namespace {
 JobSpec GuidedJob(const std::string& method = "sdtree") {
   JobSpec job;
   job.method = method;
+  if (method == "grid") job.options = {{"batch", "2"}, {"steps", "4"}};
   job.budget.spp = 15;
   job.seed = 7;
   return job;
@@ -43,7 +44,7 @@ void ExpectSameImage(const Image& a, const Image& b) {
 }
 
 TEST(BitIdentityTest, ThreadsDoNotShow) {
-  for (const std::string method : {"sdtree", "focal"}) {
+  for (const std::string method : {"sdtree", "focal", "grid"}) {
     for (const std::string& text : {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text}) {
       const test::Rendered one = test::RenderText(text, GuidedJob(method), 1);
       for (const int threads : {2, 5}) {
@@ -96,7 +97,7 @@ class ShuffledExecutor final : public Executor {
 };
 
 TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
-  for (const std::string method : {"sdtree", "focal"}) {
+  for (const std::string method : {"sdtree", "focal", "grid"}) {
     const JobSpec job = GuidedJob(method);
     const CompiledJob compiled = CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job);
     const test::Rendered plain = test::Render(compiled, job);

@@ -24,6 +24,7 @@ bool AllFinite(const Image& image) {
 JobSpec Job(const std::string& method, uint64_t spp = 31) {
   JobSpec job;
   job.method = method;
+  if (method == "grid") job.options = {{"batch", "2"}, {"steps", "4"}};
   job.budget.spp = spp;
   job.seed = 3;
   return job;
@@ -66,7 +67,7 @@ uint64_t Spp(const std::string& method) {
 }
 
 TEST(ExtremesTest, EmissionFrom1e12thTo1e12) {
-  for (const std::string method : {"path", "sdtree", "focal"}) {
+  for (const std::string method : {"path", "sdtree", "focal", "grid"}) {
     const double unit = Mean(test::RenderText(ScaledRoom(1, 0, 1), Job(method, Spp(method))).image);
     ASSERT_GT(unit, 0);
     for (const double emission : {1e-12, 1e-6, 1e6, 1e12}) {
@@ -78,7 +79,7 @@ TEST(ExtremesTest, EmissionFrom1e12thTo1e12) {
 }
 
 TEST(ExtremesTest, SceneExtentsFrom1e4thTo1e7AndFarFromTheOrigin) {
-  for (const std::string method : {"path", "sdtree", "focal"}) {
+  for (const std::string method : {"path", "sdtree", "focal", "grid"}) {
     const double unit = Mean(test::RenderText(ScaledRoom(1, 0, 1), Job(method, Spp(method))).image);
     for (const double scale : {1e-4, 1e-2, 1e3, 1e7}) {
       const test::Rendered rendered = test::RenderText(ScaledRoom(scale, 0, 1), Job(method, Spp(method)));
@@ -107,14 +108,14 @@ Translate 0 )" + Number(distance) +
 AreaLightSource "diffuse" "rgb L" [1e7 1e7 1e7]
 Shape "sphere" "float radius" [)" +
                            Number(radius) + "]\n";
-  for (const std::string method : {"path", "sdtree", "focal"}) {
+  for (const std::string method : {"path", "sdtree", "focal", "grid"}) {
     const Image image = test::RenderText(text, Job(method)).image;
     EXPECT_NEAR(Mean(image), 0.5 / M_PI * 1e7 * solid_angle, 1e-3 * 0.5 / M_PI) << method;
   }
 }
 
 TEST(ExtremesTest, BlackSceneOneSampleOnePixel) {
-  for (const std::string method : {"path", "sdtree", "focal"}) {
+  for (const std::string method : {"path", "sdtree", "focal", "grid"}) {
     const test::Rendered black = test::RenderText(test::Room(""), Job(method, 7));
     EXPECT_EQ(Mean(black.image), 0);
     EXPECT_EQ(black.report.health.total(), 0u);
@@ -137,7 +138,7 @@ TEST(ExtremesTest, RoughnessIndexAndAlbedoAtTheirEnds) {
         R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" [0])",
         R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" [1e-4] "bool remaproughness" [false])",
         R"("coatedconductor")"}) {
-    for (const char* method : {"sdtree", "focal"}) {
+    for (const char* method : {"sdtree", "focal", "grid"}) {
       const test::Rendered rendered =
           test::RenderText(test::Room(std::string(R"(AreaLightSource "diffuse" "rgb L" [5 5 5] "bool twosided" [true]
 Shape "disk" "float radius" [0.3]
