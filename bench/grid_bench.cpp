@@ -1,5 +1,5 @@
-// What grid guiding is worth, rule by rule: error at equal samples, time per sample and wasted directions, each relative
-// to another method (path tracing), on one thread, in user CPU time, variants interleaved.
+// What grid guiding is worth, rule by rule: error at equal samples, time per sample and wasted directions, each
+// relative to another method (path tracing), on one thread, in user CPU time, variants interleaved.
 //
 //   build/release/bin/grid_bench SCENE.pbrt WIDTH HEIGHT SPP SEEDS REFERENCE_SPP VARIANT...
 //
@@ -12,7 +12,7 @@
 //   rays      over the first's: guided paths are longer
 //   gain      of efficiency: 1 / (relMSE * time)
 //   invalid   directions, by any technique, that lie below the surface or carry nothing for another reason, in per cent
-//   mean      of the image over the reference's: 1 but for noise, and for the bias of normalisation=memo
+//   mean      of the image over the reference's: 1 but for noise, and for the bias of the -memo samplings
 //   +-        its standard error, the reference's not counted
 #include <time.h>
 
@@ -56,7 +56,8 @@ Variant MakeVariant(const std::string& text, const JobSpec& common) {
   v.job.method = text.substr(0, colon);
   for (size_t at = colon; at != std::string::npos;) {
     const size_t end = text.find(',', ++at), equals = text.find('=', at);
-    v.job.options[text.substr(at, equals - at)] = text.substr(equals + 1, end == std::string::npos ? end : end - equals - 1);
+    v.job.options[text.substr(at, equals - at)] =
+        text.substr(equals + 1, end == std::string::npos ? end : end - equals - 1);
     at = end;
   }
   return v;
@@ -95,7 +96,8 @@ class WatchedGuide : public GridGuide {
   }
   GuidedSample Sample(const Local& local, Vec2 u, float u_more) const {
     const GuidedSample sample = GridGuide::Sample(local, u, u_more);
-    invalid += IsBlack(local.bsdf.Evaluate(local.wo, local.shading.ToLocal(sample.w)).f_cos) && !IsBlack(local.bsdf.Albedo(local.wo));
+    invalid += IsBlack(local.bsdf.Evaluate(local.wo, local.shading.ToLocal(sample.w)).f_cos) &&
+               !IsBlack(local.bsdf.Albedo(local.wo));
     return sample;
   }
   mutable uint64_t vertices = 0, invalid = 0;
@@ -116,7 +118,8 @@ double InvalidPercent(const CompiledJob& compiled, const Variant& v) {
     for (int x = 0; x < scene.resolution_x(); ++x) {
       Sampler sampler(99, static_cast<uint32_t>(x), static_cast<uint32_t>(y), 0);
       const Vec2 u = sampler.Next2D();
-      kernel.Trace(scene.camera().Generate({static_cast<float>(x) + u.x, static_cast<float>(y) + u.y}, {0.5f, 0.5f}), 0, sampler, &counters, nullptr);
+      kernel.Trace(scene.camera().Generate({static_cast<float>(x) + u.x, static_cast<float>(y) + u.y}, {0.5f, 0.5f}), 0,
+                   sampler, &counters, nullptr);
     }
   return 100.0 * static_cast<double>(guide.invalid) / static_cast<double>(std::max<uint64_t>(1, guide.vertices));
 }
@@ -153,8 +156,9 @@ void Main(int argc, char** argv) {
       v.relmse.push_back(error.relmse_trimmed);
       v.mean.push_back(Mean(image) / Mean(reference));
     }
-  std::printf("%s, %ux%u, %s spp, %d seeds\n%7s %7s %7s %7s %7s %7s %7s %8s %8s\n", argv[1], common.resolution_x, common.resolution_y, argv[4], seeds, "MAE",
-              "spread", "relMSE", "time", "rays", "gain", "invalid", "mean", "+-");
+  std::printf("%s, %ux%u, %s spp, %d seeds\n%7s %7s %7s %7s %7s %7s %7s %8s %8s\n", argv[1], common.resolution_x,
+              common.resolution_y, argv[4], seeds, "MAE", "spread", "relMSE", "time", "rays", "gain", "invalid", "mean",
+              "+-");
   for (Variant& v : variants) {
     double mae = 0, relmse = 0, base_mae = 0, base_relmse = 0, mean = 0, square = 0;
     for (size_t s = 0; s < v.mae.size(); ++s) {
@@ -163,10 +167,13 @@ void Main(int argc, char** argv) {
     }
     double mean_square = 0;
     for (const double m : v.mean) mean_square += Sqr(static_cast<float>(m - mean));
-    for (size_t s = 0; s < v.mae.size(); ++s) square += Sqr(static_cast<float>(v.mae[s] / variants[0].mae[s] - mae / base_mae));
+    for (size_t s = 0; s < v.mae.size(); ++s)
+      square += Sqr(static_cast<float>(v.mae[s] / variants[0].mae[s] - mae / base_mae));
     const double time = Median(v.seconds) / Median(variants[0].seconds);
-    std::printf("%7.3f %7.3f %7.3f %7.3f %7.3f %7.3f %7.3f %8.5f %8.5f  %s\n", mae / base_mae, std::sqrt(square) / seeds, relmse / base_relmse, time,
-                v.rays / variants[0].rays,                 base_relmse / (relmse * time), InvalidPercent(compiled, v), mean, std::sqrt(mean_square) / seeds, v.name.c_str());
+    std::printf("%7.3f %7.3f %7.3f %7.3f %7.3f %7.3f %7.3f %8.5f %8.5f  %s\n", mae / base_mae,
+                std::sqrt(square) / seeds, relmse / base_relmse, time, v.rays / variants[0].rays,
+                base_relmse / (relmse * time), InvalidPercent(compiled, v), mean, std::sqrt(mean_square) / seeds,
+                v.name.c_str());
   }
 }
 

@@ -58,7 +58,8 @@ std::vector<double> ChainDistribution(std::span<const float> target, uint32_t ro
   }
   for (int step = 0; step < kChainSteps; ++step) {
     above[n] = 0;  // of p / target over the cells of larger targets
-    for (uint32_t i = n; i-- > 0;) above[i] = above[i + 1] + (target[order[i]] > 0 ? p[order[i]] / target[order[i]] : 0);
+    for (uint32_t i = n; i-- > 0;)
+      above[i] = above[i + 1] + (target[order[i]] > 0 ? p[order[i]] / target[order[i]] : 0);
     double from_below = 0;  // all that have none leave for anywhere, each other included
     for (uint32_t cell = 0; cell < n; ++cell) from_below += target[cell] > 0 ? 0 : p[cell];
     for (uint32_t i = 0; i < n; ++i) {

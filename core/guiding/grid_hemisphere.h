@@ -46,7 +46,8 @@ class GridHemispheres {
   void Gather(uint32_t normal, std::span<const float> radiances, std::span<double> out) const;
 
  private:
-  static constexpr uint32_t kPoints = 4;  // looked up in each cell of the square, whose solid angle is a cell of the sphere's
+  static constexpr uint32_t kPoints =
+      4;  // looked up in each cell of the square, whose solid angle is a cell of the sphere's
   explicit GridHemispheres(int directions);
 
   uint32_t rows_;

@@ -1,12 +1,14 @@
 #include "core/guiding/grid_sampling.h"
 
+#include "core/base/check.h"
+
 namespace lodestar {
 namespace {
 
 using Sampling = GridRules::Sampling;
 
-// Attempts before a rejection gives up. An exact table is then inverted instead, which has the same density; with a memo
-// there is nothing to fall back on.
+// Attempts before a rejection gives up. An exact table is then inverted instead, which has the same density; with a
+// memo there is nothing to fall back on.
 constexpr int kMostAttempts = 1 << 14;
 constexpr float kInvTwoPi = 0.5f * kInvPi;
 
@@ -17,21 +19,14 @@ float DocumentsMix(float acceptance) {
 
 }  // namespace
 
-void GridRules::Validate() const {
-  if (memo && sampling != Sampling::kRejection && sampling != Sampling::kRejectionMixed) {
-    throw Error(ErrorKind::kInvalidInput,
-                "grid guiding remembers sums at bin centres for rejection only; take sampling = rejection or "
-                "rejection-mixed, or normalisation = exact");
-  }
-}
-
 GridSampling::GridSampling(std::shared_ptr<const RadianceGrid> grid, const GridRules& rules)
     : grid_(std::move(grid)),
       rules_(rules),
       hemispheres_(GridHemispheres::Of(grid_->options().directions)),
       products_(grid_->cell_count(), kMostRemembered),
       sums_(grid_->cell_count(), kMostRemembered * 16) {
-  rules_.Validate();
+  LODESTAR_CHECK(!rules_.memo || rules_.sampling == Sampling::kRejection ||
+                 rules_.sampling == Sampling::kRejectionMixed);
 }
 
 const GridSampling::Product* GridSampling::ProductAt(uint32_t cell, uint32_t normal,

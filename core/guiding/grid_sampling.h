@@ -36,12 +36,10 @@ struct GridRules {
   static constexpr float kDocumentsMix = -1;  // e = max((1 - 2 c) / (2 - 2 c), 0), c the acceptance rate (eq. 5.2)
 
   Sampling sampling = Sampling::kInversionHemisphere;
-  bool memo = false;
+  bool memo = false;          // of rejection only
   float mix = kDocumentsMix;  // e
 
   bool on_sphere() const { return sampling == Sampling::kInversionSphere; }
-  // Throws Error(kInvalidInput) for a memo of what is not rejection.
-  void Validate() const;
 };
 
 class GridSampling {

@@ -92,8 +92,8 @@ GridStatistics GridStatistics::Parse(std::shared_ptr<const RadianceGrid> grid, s
       in.Fail("name an entry that the grid does not have");
     if (count[i] == 0 || count[i] > statistics.counts_.accepted - records) in.Fail("have an impossible record count");
     records += count[i];
-    const auto units = static_cast<__int128>((static_cast<unsigned __int128>(static_cast<uint64_t>(high[i])) << 64) |
-                                             low[i]);
+    const auto units =
+        static_cast<__int128>((static_cast<unsigned __int128>(static_cast<uint64_t>(high[i])) << 64) | low[i]);
     Sum& sum = statistics.sums_[entries[i]];
     sum = {ExactSum::FromUnits(units), count[i]};
     if (units < 0 || sum.value.Units() != units) in.Fail("have a sum out of range");

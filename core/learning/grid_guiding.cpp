@@ -11,7 +11,7 @@ namespace {
 
 using Sampling = GridRules::Sampling;
 
-constexpr uint64_t kMostSteps = 16;    // where their number is not given
+constexpr uint64_t kMostSteps = 16;     // where their number is not given
 constexpr uint64_t kTrainingShare = 4;  // and the part of the samples per pixel that they may take, at most
 
 const GridState& AsGrid(const std::shared_ptr<const State>& state) {
@@ -39,13 +39,13 @@ MethodEntry GridMethod::Entry() {
               {"learn", "monte-carlo | sarsa | expected-sarsa", "sarsa",
                "what the table learns from a path: what the rest of it brought; or the next hit's light and what the "
                "table says of its next direction; or of its whole hemisphere"},
-              {"sampling", "inversion-sphere | inversion-hemisphere | rejection | rejection-mixed | metropolis",
+              {"sampling",
+               "inversion-sphere | inversion-hemisphere | rejection | rejection-mixed | metropolis | rejection-memo | "
+               "rejection-mixed-memo",
                "inversion-hemisphere",
-               "how directions are drawn. On the hemisphere: times the cosine, none below the surface (recommended). "
-               "rejection-mixed: the document's; metropolis: research only, slow and blurred"},
-              {"normalisation", "exact | memo", "exact",
-               "exact: of the table that is sampled, unbiased. memo: at the middles of the table's cells, as in the "
-               "document; BIASED, for comparison with rejection and rejection-mixed only"},
+               "how directions are drawn. On the hemisphere (all but the first): times the cosine, none below the "
+               "surface; by inversion recommended. rejection-mixed: the document's density; metropolis: research "
+               "only, slow and blurred. -memo: normalised as in the document, BIASED, for comparison only"},
               {"mix", "document | a number from 0 to 1", "document",
                "share of even samples in rejection-mixed. document: by the acceptance rate, at most a half"},
               {"bsdf-fraction", "auto | a number from 0.05 to 0.95", "auto",
@@ -74,18 +74,19 @@ GridMethod::GridMethod(const JobSpec& job, const Survey& survey) : bounds_(surve
   options_.nee = given.Choice<NeeMode>("nee", {{"never", NeeMode::kNever}, {"always", NeeMode::kAlways}});
   options_.combination.kind =
       given.Choice<Kind>("combine", {{"discard", Kind::kDiscard}, {"inverse-variance", Kind::kInverseVariance}});
-  options_.learn = given.Choice<Learn>("learn", {{"monte-carlo", Learn::kMonteCarlo},
-                                                 {"sarsa", Learn::kSarsa},
-                                                 {"expected-sarsa", Learn::kExpectedSarsa}});
+  options_.learn = given.Choice<Learn>(
+      "learn",
+      {{"monte-carlo", Learn::kMonteCarlo}, {"sarsa", Learn::kSarsa}, {"expected-sarsa", Learn::kExpectedSarsa}});
   GridRules& rules = options_.rules;
   rules.sampling = given.Choice<Sampling>("sampling", {{"inversion-sphere", Sampling::kInversionSphere},
                                                        {"inversion-hemisphere", Sampling::kInversionHemisphere},
                                                        {"rejection", Sampling::kRejection},
                                                        {"rejection-mixed", Sampling::kRejectionMixed},
-                                                       {"metropolis", Sampling::kMetropolis}});
-  rules.memo = given.Choice<bool>("normalisation", {{"exact", false}, {"memo", true}});
+                                                       {"metropolis", Sampling::kMetropolis},
+                                                       {"rejection-memo", Sampling::kRejection},
+                                                       {"rejection-mixed-memo", Sampling::kRejectionMixed}});
+  rules.memo = given.Text("sampling").ends_with("-memo");
   if (given.Text("mix") != "document") rules.mix = static_cast<float>(given.Number("mix", 0, 1));
-  rules.Validate();
   if (given.Text("bsdf-fraction") != "auto")
     options_.bsdf_fraction = static_cast<float>(given.Number("bsdf-fraction", 0.05, 0.95));
   options_.grid.cells = given.Integer("cells", 1, 32);

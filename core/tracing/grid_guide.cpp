@@ -12,9 +12,9 @@ DiffuseShares SharesOf(const Bsdf& bsdf, Vec3 wo) {
   if (bsdf.kind() == Bsdf::Kind::kDiffuse) return {1, 0};
   DiffuseShares shares;
   for (const BsdfLobe& lobe : bsdf.Lobes(wo)) {
-    const bool broad = lobe.kind == BsdfLobe::Kind::kDiffuseReflection ||
-                       (lobe.kind == BsdfLobe::Kind::kGgxReflection &&
-                        std::min(lobe.alpha.x, lobe.alpha.y) >= GridGuide::kBroadAlpha);
+    const bool broad =
+        lobe.kind == BsdfLobe::Kind::kDiffuseReflection ||
+        (lobe.kind == BsdfLobe::Kind::kGgxReflection && std::min(lobe.alpha.x, lobe.alpha.y) >= GridGuide::kBroadAlpha);
     if (broad) shares.above += lobe.weight;
     if (lobe.kind == BsdfLobe::Kind::kDiffuseTransmission) shares.below += lobe.weight;
   }

@@ -12,7 +12,9 @@ using test::Random;
 
 inline constexpr Bounds3 kUnit{{0, 0, 0}, {1, 1, 1}};
 
-inline Vec3 UniformDirection(Random& random) { return SquareToSphere(random.Next2D()); }
+inline Vec3 UniformDirection(Random& random) {
+  return SquareToSphere(random.Next2D());
+}
 inline Vec3 PointIn(const Bounds3& box, Random& random) {
   const Vec2 u = random.Next2D();
   return box.min + Vec3{u.x, u.y, random.Next1D()} * box.Diagonal();
@@ -40,8 +42,7 @@ inline GridStatistics Recorded(std::shared_ptr<const RadianceGrid> grid, const B
 inline std::shared_ptr<const RadianceGrid> Train(const GridOptions& options, const Bounds3& box = kUnit,
                                                  int records = 200000, float emission = 1) {
   auto grid = RadianceGrid::Initial(box, options);
-  for (uint64_t step = 0; step < 3; ++step)
-    grid = Advance(*grid, Recorded(grid, box, 100 + step, records, emission));
+  for (uint64_t step = 0; step < 3; ++step) grid = Advance(*grid, Recorded(grid, box, 100 + step, records, emission));
   return grid;
 }
 

@@ -1,46 +1,33 @@
-// Grid guiding must not move the mean, whatever its rules: its images against plain path tracing over independent seeds,
-// by Welch's t-test on the image's mean and on each of its quadrants. The document's memo does move it, and is shown to.
+// Grid guiding must not move the mean, whatever its rules: its images against plain path tracing over independent
+// seeds, by Welch's t-test on the image's mean and on each of its quadrants. The document's memo does move it, and is
+// shown to.
 #include <gtest/gtest.h>
 
+#include "tests/statistical/image_means.h"
 #include "tests/statistical/small_scenes.h"
-#include "tests/support/render.h"
-#include "tests/support/statistical.h"
 
 namespace lodestar {
 namespace {
 
 using Options = std::map<std::string, std::string>;
 
-constexpr int kSeeds = 8, kRegions = 5;  // four quadrants and the whole
-constexpr uint64_t kSpp = 64;
+using Means = test::ImageMeans;
+using test::kRegions;
 
-using Means = std::array<test::Moments, kRegions>;
+constexpr int kSeeds = 8;
 
 // Four steps of four passes into a small table; the rest is the image.
-Means RenderSeeds(const CompiledJob& compiled, const std::string& method, Options options, uint64_t first_seed,
+Means RenderSeeds(const CompiledJob& compiled, const std::string& method, const Options& options, uint64_t first_seed,
                   double scale = 1, int seeds = kSeeds) {
+  JobSpec job;
+  job.method = method;
+  job.options = options;
   if (method == "grid") {
-    options["combine"] = "discard";
-    options.insert({{"batch", "4"}, {"steps", "4"}, {"cells", "4"}});
+    job.options["combine"] = "discard";
+    job.options.insert({{"batch", "4"}, {"steps", "4"}, {"cells", "4"}});
   }
-  Means means;
-  for (int seed = 0; seed < seeds; ++seed) {
-    JobSpec job;
-    job.method = method;
-    job.options = options;
-    job.budget.spp = kSpp;
-    job.seed = first_seed + static_cast<uint64_t>(seed);
-    const Image image = test::Render(compiled, job).image;
-    std::array<double, kRegions> sums{};
-    for (uint32_t y = 0; y < image.height; ++y)
-      for (uint32_t x = 0; x < image.width; ++x) {
-        const double value = Luminance(image.pixels[size_t{y} * image.width + x]);
-        sums[(y * 2 / image.height) * 2 + x * 2 / image.width] += value;
-        sums[4] += value;
-      }
-    for (int i = 0; i < kRegions; ++i) means[i].Add(scale * sums[i] / static_cast<double>(image.size()));
-  }
-  return means;
+  job.budget.spp = 64;
+  return test::RenderSeeds(compiled, job, seeds, first_seed, scale);
 }
 
 CompiledJob Compile(const std::string& text) {
@@ -70,7 +57,8 @@ TEST(GridMeanTest, EveryLearningAndSamplingRuleEqualsTheUnguidedMean) {
       for (const std::string sampling : kSampling) {
         const Means guided =
             RenderSeeds(compiled, "grid", {{"learn", learn}, {"sampling", sampling}, {"bsdf-fraction", "0.2"}}, 1);
-        ExpectSameMeans(guided, reference, std::string(test::kSmallScenes[scene].name) + ", " + learn + ", " + sampling);
+        ExpectSameMeans(guided, reference,
+                        std::string(test::kSmallScenes[scene].name) + ", " + learn + ", " + sampling);
       }
   }
 }
@@ -114,7 +102,7 @@ TEST(GridMeanTest, TheDocumentsMemoMovesTheMean) {
   for (const std::string sampling : {"rejection", "rejection-mixed"}) {
     const Options options = {{"sampling", sampling}, {"bsdf-fraction", "0.05"}, {"mix", "0.1"}, {"directions", "4"}};
     Options memo = options;
-    memo["normalisation"] = "memo";
+    memo["sampling"] += "-memo";
     EXPECT_TRUE(test::WelchTest(RenderSeeds(compiled, "grid", options, 1)[4], reference[4], kLevel).accepted);
     const test::TestResult result = test::WelchTest(RenderSeeds(compiled, "grid", memo, 1)[4], reference[4], kLevel);
     EXPECT_FALSE(result.accepted) << result.message;
@@ -124,7 +112,6 @@ TEST(GridMeanTest, TheDocumentsMemoMovesTheMean) {
 TEST(GridMeanTest, OptionsThatMakeNoSenseAreRefused) {
   const CompiledJob compiled = Compile(test::kSmallScenes[0].text);
   for (const Options& options : std::vector<Options>{{{"sampling", "inversion"}},
-                                                     {{"normalisation", "memo"}},
                                                      {{"directions", "12"}},
                                                      {{"cells", "32"}, {"directions", "32"}},
                                                      {{"bsdf-fraction", "1"}},
