@@ -64,7 +64,8 @@ void DrawRays(const std::string& name, const std::string& title, const GuideView
               const std::function<std::optional<Vec3>(float u_choice, Vec2 u)>& sample, PictureFolder* out);
 
 // The D-tree that `state` has at p, made once more from the records it came from by each method: "rebuilt" (no
-// reconstruction), "native" and "dense". Empty where the file has no records, or the leaf too few to have been rebuilt.
+// reconstruction), "dense", and "native" where the records were kept in two halves. Empty where the file has no
+// records, or the leaf too few to have been rebuilt.
 struct RemadeTree {
   std::string name;
   directional::Tree tree;

@@ -89,6 +89,7 @@ TEST_F(Inspect, TreesRemadeFromTheRecordsAreTheStatesOwn) {
         const bool equal = remade.tree.nodes.size() == tree.leaf(leaf).node_count &&
                            std::memcmp(remade.tree.nodes.data(), tree.Tree(leaf),
                                        remade.tree.nodes.size() * sizeof(DirectionalNode)) == 0;
+        EXPECT_TRUE(remade.name != "native" || reconstruction == "native") << "no halves to compare";
         if (remade.name == same) {
           EXPECT_TRUE(equal) << reconstruction;
           ++compared;
