@@ -8,8 +8,10 @@
 #include "client/job_options.h"
 #include "client/local_render.h"
 #include "client/values.h"
+#include "core/base/check.h"
 #include "core/guiding/product_distribution.h"
 #include "core/learning/focal_guiding.h"
+#include "core/tracing/grid_guide.h"
 #include "core/tracing/sd_tree_guide.h"
 
 namespace lodestar {
@@ -134,8 +136,7 @@ nlohmann::json DescribePoint(const GuidePoint& point, const SdTree* tree, const 
 }
 
 // How the two techniques sample at a surface: the BSDF's density, and rays of each.
-void DrawTechniques(const Method& method, const SdTreeState* sd_tree, const FocalState* focal, const GuideView& view,
-                    PictureFolder* out) {
+void DrawTechniques(const Method& method, const State& state, const GuideView& view, PictureFolder* out) {
   const SurfaceHit& hit = *view.point->surface;
   out->DrawDensity("bsdf", "BSDF sampling at this pixel",
                    [&](Vec3 w) { return hit.bsdf.Evaluate(hit.wo, hit.si.shading.ToLocal(w)).pdf; });
@@ -150,7 +151,20 @@ void DrawTechniques(const Method& method, const SdTreeState* sd_tree, const Foca
     DrawRays(
         "rays-guide", "rays by the guide", view, [&](float, Vec2 u) { return std::optional(sample(u)); }, out);
   };
-  if (focal != nullptr) return draw([&](Vec2 u) { return focal->field().Sample(hit.si.p, u).w; });
+  if (const auto* grid = dynamic_cast<const GridState*>(&state)) {
+    const auto* options = dynamic_cast<const GridMethod*>(&method);
+    LODESTAR_CHECK(options != nullptr);
+    const GridGuide guide(grid->grid(), options->options());
+    const auto local = guide.At(hit.si, hit.bsdf, hit.wo);
+    if (!(local.bsdf_fraction < 1)) return;  // not guided here
+    out->DrawDensity("guide", "guided directions at this pixel", [&](Vec3 w) { return guide.Pdf(local, w); });
+    uint32_t count = 0;  // the guide wants a third number
+    return draw([&](Vec2 u) { return guide.Sample(local, u, Sampler(1, count++, 0, 0).Next2D().x).w; });
+  }
+  if (const auto* focal = dynamic_cast<const FocalState*>(&state))
+    return draw([&](Vec2 u) { return focal->field().Sample(hit.si.p, u).w; });
+  const auto* sd_tree = dynamic_cast<const SdTreeState*>(&state);
+  LODESTAR_CHECK(sd_tree != nullptr);
   const SdTree& tree = sd_tree->tree();
   const uint32_t leaf = tree.LeafAt(hit.si.p);
   const auto* options = dynamic_cast<const SdTreeMethod*>(&method);
@@ -165,6 +179,7 @@ void DrawTechniques(const Method& method, const SdTreeState* sd_tree, const Foca
 std::string PointText(const nlohmann::json& point) {
   std::string text;
   for (const auto& coordinate : point["p"]) text += (text.empty() ? "" : ", ") + FormatNumber(coordinate.get<double>());
+  if (!point.contains("leaf") && !point.contains("bsdf_fraction")) return text;
   if (!point.contains("leaf")) return text + ": BSDF fraction " + FormatNumber(point["bsdf_fraction"].get<double>());
   const auto& leaf = point["leaf"];
   const auto number = [&](const char* key) { return FormatNumber(leaf[key].get<double>()); };
@@ -201,7 +216,8 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
   const std::shared_ptr<const State> state = method->ParseState(file.state);
   const auto* sd_tree = dynamic_cast<const SdTreeState*>(state.get());
   const auto* focal = dynamic_cast<const FocalState*>(state.get());
-  if (sd_tree == nullptr && focal == nullptr)
+  const auto* grid = dynamic_cast<const GridState*>(state.get());
+  if (sd_tree == nullptr && focal == nullptr && grid == nullptr)
     throw Error(ErrorKind::kUnsupported, "states of method '" + file.job.method + "' cannot be shown yet");
 
   // 2. What to look at.
@@ -223,7 +239,9 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
                          {"scene_checked", view.scene != nullptr},
                          {"note", nullptr},
                          {"pictures", nlohmann::json::array()}};
-  json["state"] = sd_tree ? DescribeSdTree(sd_tree->tree()) : DescribeFocal(focal->field());
+  json["state"] = sd_tree ? DescribeSdTree(sd_tree->tree())
+                  : focal ? DescribeFocal(focal->field())
+                          : DescribeGrid(*grid->grid());
   if (view.point) {
     json["point"] = DescribePoint(*view.point, sd_tree ? &sd_tree->tree() : nullptr, focal ? &focal->field() : nullptr);
   }
@@ -235,16 +253,18 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
       DrawSdTree(*sd_tree, file, view, &pictures);
       if (view.point && RemakeTrees(file, view.point->p).empty())
         json["note"] = "the file has too few records of this place to show its D-tree before reconstruction";
+    } else if (grid) {
+      DrawGrid(*grid->grid(), view, &pictures);
     } else {
       DrawFocal(focal->field(), view, &pictures);
     }
-    if (view.point && view.point->surface) DrawTechniques(*method, sd_tree, focal, view, &pictures);
+    if (view.point && view.point->surface) DrawTechniques(*method, *state, view, &pictures);
     json["pictures"] = pictures.pictures();
   }
   if (arguments.json) {
     std::cout << DumpJson(json) << "\n";
   } else {
-    Print(json, sd_tree ? SdTreeTable(json["state"]) : FocalTable(json["state"]));
+    Print(json, sd_tree ? SdTreeTable(json["state"]) : focal ? FocalTable(json["state"]) : GridTable(json["state"]));
   }
   return ExitCode::kOk;
 }

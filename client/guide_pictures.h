@@ -10,6 +10,7 @@
 #include "client/guide_file.h"
 #include "core/guiding/focal_field.h"
 #include "core/guiding/product_lobes.h"
+#include "core/learning/grid_guiding.h"
 #include "core/learning/sd_tree_guiding.h"
 #include "core/tracing/feature_pass.h"
 
@@ -57,6 +58,9 @@ struct GuideView {
 void DrawSdTree(const SdTreeState& state, const GuideFile& file, const GuideView& view, PictureFolder* out);
 // Projections along the axes and from the scene's camera; at a point the density of directions, and the BSDF's.
 void DrawFocal(const FocalField& field, const GuideView& view, PictureFolder* out);
+
+// At a point the radiances of its voxel, normalised to a density.
+void DrawGrid(const RadianceGrid& grid, const GuideView& view, PictureFolder* out);
 
 // Where directions lead from the view's surface (Sadek 2025, section 3.8.2): NAME-x, -y, -z, how many of 4096 rays to
 // the next surface pass each pixel of a view along that axis.

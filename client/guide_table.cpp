@@ -158,6 +158,26 @@ Json DescribeFocal(const FocalField& field) {
           {"bsdf_fraction", Quantiles({field.fractions().begin(), field.fractions().end()})}};
 }
 
+Json DescribeGrid(const RadianceGrid& grid) {
+  uint64_t known = 0, known_cells = 0;
+  std::vector<double> fluence;
+  for (uint32_t cell = 0; cell < grid.cell_count(); ++cell) {
+    uint64_t in_cell = 0;
+    for (uint32_t direction = 0; direction < grid.direction_count(); ++direction)
+      in_cell += grid.parts().weight[grid.Entry(cell, direction)] > 0;
+    known += in_cell;
+    known_cells += in_cell > 0;
+    if (in_cell > 0) fluence.push_back(static_cast<double>(grid.Fluence(cell)));
+  }
+  return {{"iteration", grid.iteration()},
+          {"voxels", grid.cell_count()},
+          {"known_voxels", known_cells},
+          {"directions", grid.direction_count()},
+          {"entries", uint64_t{grid.cell_count()} * grid.direction_count()},
+          {"known_entries", known},
+          {"mean_flux", Quantiles(std::move(fluence))}};
+}
+
 std::string SdTreeTable(const Json& d) {
   std::string histogram;
   const Json& depths = d["directional"]["histogram"];
@@ -188,6 +208,13 @@ std::string FocalTable(const Json& d) {
         Line("densest 1 % of space", Text(100 * octree["mass_in_densest_hundredth"].get<double>()) + " % of its mass");
   }
   return text + Line("BSDF fraction", d["bsdf_fraction"]);
+}
+
+std::string GridTable(const Json& d) {
+  return Line("voxels", Count(d["voxels"]) + ", something known of " + Count(d["known_voxels"])) +
+         Line("entries", Count(d["entries"]) + ", " + Count(d["directions"]) +
+                             " directions a voxel, something known of " + Count(d["known_entries"])) +
+         Line("mean flux", d["mean_flux"]);
 }
 
 }  // namespace lodestar

@@ -10,6 +10,7 @@
 #include "core/learning/focal_guiding.h"
 #include "core/learning/path_tracing.h"
 #include "core/tracing/focal_guide.h"
+#include "core/tracing/grid_guide.h"
 #include "core/tracing/path_kernel.h"
 #include "core/tracing/path_tracer.h"
 #include "core/tracing/sd_tree_guide.h"
@@ -126,6 +127,12 @@ SharesAt SharesOf(const Scene& scene, const Method& method, const std::shared_pt
     LODESTAR_CHECK(field);
     return SharesFrom(FocalGuide(field), focal->options().nee == NeeMode::kAlways && scene.has_lights());
   }
+  if (const auto* grid = dynamic_cast<const GridMethod*>(&method)) {
+    auto table = std::dynamic_pointer_cast<const GridState>(state);
+    LODESTAR_CHECK(table);
+    return SharesFrom(GridGuide(table->grid(), grid->options()),
+                      grid->options().nee == NeeMode::kAlways && scene.has_lights());
+  }
   throw Error(ErrorKind::kUnsupported,
               "how method '" + std::string(method.name()) +
                   "' shares its samples out cannot be shown yet; leave out bsdf-fraction and nee");
@@ -143,9 +150,7 @@ Features RenderFeatures(const Scene& scene, uint64_t seed, const SharesAt& share
   out.nee.resize(pixels);
   const PixelFilter filter = MakePixelFilter(scene);
   tbb::task_arena arena(threads > 0 ? threads : UsableThreads());
-  arena.execute([&] {
-    ParallelFor(out.height, [&](uint32_t y) { RenderRow(scene, filter, seed, shares, y, &out); });
-  });
+  arena.execute([&] { ParallelFor(out.height, [&](uint32_t y) { RenderRow(scene, filter, seed, shares, y, &out); }); });
   return out;
 }
 

@@ -165,6 +165,20 @@ TEST_F(Inspect, FocalDensitiesProjected) {
   EXPECT_THAT(Run({}).out, HasSubstr("densest 1 %"));
 }
 
+TEST_F(Inspect, AGridsTableAndDirections) {
+  Render({"--method", "grid"});
+  const auto json = Json({scene_, "--pixel", "16,20", "-o", folder_ / "p"});
+  EXPECT_GT(json["state"]["known_entries"].get<uint64_t>(), 100u);
+  EXPECT_LE(json["state"]["known_entries"].get<uint64_t>(), json["state"]["entries"].get<uint64_t>());
+  auto pictures = Pictures(json);
+  for (const char* name : {"table", "guide", "bsdf"}) {
+    ASSERT_TRUE(pictures.contains(name)) << name;
+    EXPECT_NEAR(pictures[name]["integral"].get<double>(), 1, 0.02) << name;
+  }
+  EXPECT_TRUE(pictures.contains("rays-guide-x"));
+  EXPECT_THAT(Run({}).out, HasSubstr("directions a voxel"));
+}
+
 // What Parse() says of bytes; empty: nothing.
 std::string Refusal(const std::string& bytes) {
   try {
