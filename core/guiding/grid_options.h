@@ -13,8 +13,8 @@ struct GridOptions {
 
   int cells = 8;               // along each side of the scene's box; 1 to 32
   int directions = 16;         // over cos theta, twice as many over phi; 4, 8, 16 or 32
-  float learning_rate = 0.1f;  // a: what a record takes from all before it; from 1e-6 to 1
-  float prior = 2;  // what the directions around say of an entry counts as this many records; 0 to 1000, 0: nothing
+  float learning_rate = 0.02f;  // a: what a record takes from all before it; from 1e-6 to 1
+  float prior = 10;  // what the directions around say of an entry counts as this many records; 0 to 1000, 0: nothing
 
   uint32_t cell_count() const { return static_cast<uint32_t>(cells * cells * cells); }
   uint32_t direction_count() const { return static_cast<uint32_t>(2 * directions * directions); }

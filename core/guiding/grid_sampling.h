@@ -36,8 +36,8 @@ struct GridRules {
   static constexpr float kDocumentsMix = -1;  // e = max((1 - 2 c) / (2 - 2 c), 0), c the acceptance rate (eq. 5.2)
 
   Sampling sampling = Sampling::kInversionHemisphere;
-  bool memo = false;          // of rejection only
-  float mix = kDocumentsMix;  // e
+  bool memo = false;  // of rejection only
+  float mix = 0.2f;   // e; measured to be better than the document's (decisions/0011)
 
   bool on_sphere() const { return sampling == Sampling::kInversionSphere; }
 };

@@ -28,43 +28,46 @@ uint32_t AutomaticSteps(const JobSpec& job, uint64_t batch) {
 }  // namespace
 
 MethodEntry GridMethod::Entry() {
-  return {"grid",
-          "path tracing guided by a regular table of incident radiance (Kim 2022); diffuse-like surfaces only",
-          {
-              {"nee", "never | always", "always",
-               "next event estimation. Recommended: always, unless no light can be seen from where most paths go"},
-              {"combine", "discard | inverse-variance", "inverse-variance",
-               "how iterations become the image: the last alone, which is strictly unbiased, or the last four by their "
-               "variance (recommended)"},
-              {"learn", "monte-carlo | sarsa | expected-sarsa", "sarsa",
-               "what the table learns from a path: what the rest of it brought; or the next hit's light and what the "
-               "table says of its next direction; or of its whole hemisphere"},
-              {"sampling",
-               "inversion-sphere | inversion-hemisphere | rejection | rejection-mixed | metropolis | rejection-memo | "
-               "rejection-mixed-memo",
-               "inversion-hemisphere",
-               "how directions are drawn. On the hemisphere (all but the first): times the cosine, none below the "
-               "surface; by inversion recommended. rejection-mixed: the document's density; metropolis: research "
-               "only, slow and blurred. -memo: normalised as in the document, BIASED, for comparison only"},
-              {"mix", "document | a number from 0 to 1", "document",
-               "share of even samples in rejection-mixed. document: by the acceptance rate, at most a half"},
-              {"bsdf-fraction", "auto | a number from 0.05 to 0.95", "auto",
-               "share of directions that the BSDF samples where it is diffuse. auto: a half"},
-              {"cells", "an integer from 1 to 32", "8",
-               "voxels of the table along each side of the scene. The document's value"},
-              {"directions", "4 | 8 | 16 | 32", "16",
-               "rows of directions in each voxel, twice as many columns. The document's value"},
-              {"learning-rate", "a number from 1e-6 to 1", "0.1",
-               "weight of a new record against all before it. Less is steadier and slower to forget"},
-              {"prior", "a number from 0 to 1000", "2",
-               "what the directions around say of an entry counts as this many records of its own; 0: nothing, as in "
-               "the document"},
-              {"exploration", "an integer from 1 to 1000", "1", "first steps that sample at random, by the BSDF"},
-              {"batch", "an integer from 1 to 4096", "8", "passes between updates of the table. The document's value"},
-              {"steps", "auto | an integer from 0 to 100000", "auto",
-               "updates of the table. auto: 16, and no more than a quarter of the samples per pixel that were asked "
-               "for"},
-          }};
+  return {
+      "grid",
+      "path tracing guided by a regular table of incident radiance (Kim 2022); diffuse-like surfaces only",
+      {
+          {"nee", "never | always", "always",
+           "next event estimation. Recommended: always, unless no light can be seen from where most paths go"},
+          {"combine", "discard | inverse-variance", "inverse-variance",
+           "how iterations become the image: the last alone, which is strictly unbiased, or the last four by their "
+           "variance (recommended)"},
+          {"learn", "monte-carlo | sarsa | expected-sarsa", "expected-sarsa",
+           "what the table learns from a path: what the rest of it brought; or the next hit's light and what the "
+           "table says of its next direction (the document's choice); or of its whole hemisphere (recommended: here "
+           "it costs no more)"},
+          {"sampling",
+           "inversion-sphere | inversion-hemisphere | rejection | rejection-mixed | metropolis | rejection-memo | "
+           "rejection-mixed-memo",
+           "inversion-hemisphere",
+           "how directions are drawn. On the hemisphere (all but the first): times the cosine, none below the "
+           "surface; by inversion recommended. rejection-mixed: the document's density; metropolis: research "
+           "only, slow and blurred. -memo: normalised as in the document, BIASED, for comparison only"},
+          {"mix", "document | a number from 0 to 1", "0.2",
+           "share of even samples in rejection-mixed. document: by the acceptance rate, at most a half. Less is better "
+           "here"},
+          {"bsdf-fraction", "auto | a number from 0.05 to 0.95", "auto",
+           "share of directions that the BSDF samples where it is diffuse. auto: a half"},
+          {"cells", "an integer from 1 to 32", "8",
+           "voxels of the table along each side of the scene. The document's value"},
+          {"directions", "4 | 8 | 16 | 32", "16",
+           "rows of directions in each voxel, twice as many columns. The document's value"},
+          {"learning-rate", "a number from 1e-6 to 1", "0.02",
+           "weight of a new record against all before it. Less is steadier and slower to forget"},
+          {"prior", "a number from 0 to 1000", "10",
+           "what the directions around say of an entry counts as this many records of its own; 0: nothing, as in "
+           "the document"},
+          {"exploration", "an integer from 1 to 1000", "1", "first steps that sample at random, by the BSDF"},
+          {"batch", "an integer from 1 to 4096", "8", "passes between updates of the table. The document's value"},
+          {"steps", "auto | an integer from 0 to 100000", "auto",
+           "updates of the table. auto: 16, and no more than a quarter of the samples per pixel that were asked "
+           "for"},
+      }};
 }
 
 GridMethod::GridMethod(const JobSpec& job, const Survey& survey) : bounds_(survey.bounds) {
@@ -86,7 +89,8 @@ GridMethod::GridMethod(const JobSpec& job, const Survey& survey) : bounds_(surve
                                                        {"rejection-memo", Sampling::kRejection},
                                                        {"rejection-mixed-memo", Sampling::kRejectionMixed}});
   rules.memo = given.Text("sampling").ends_with("-memo");
-  if (given.Text("mix") != "document") rules.mix = static_cast<float>(given.Number("mix", 0, 1));
+  rules.mix =
+      given.Text("mix") == "document" ? GridRules::kDocumentsMix : static_cast<float>(given.Number("mix", 0, 1));
   if (given.Text("bsdf-fraction") != "auto")
     options_.bsdf_fraction = static_cast<float>(given.Number("bsdf-fraction", 0.05, 0.95));
   options_.grid.cells = given.Integer("cells", 1, 32);

@@ -42,7 +42,7 @@ class GridMethod final : public Method {
   struct Options {
     GridOptions grid;
     GridRules rules;
-    Learn learn = Learn::kSarsa;
+    Learn learn = Learn::kExpectedSarsa;
     NeeMode nee = NeeMode::kAlways;
     Combination combination;
     float bsdf_fraction = 0.5f;

@@ -121,6 +121,7 @@ TEST(RadianceGrid, LearnsTheMeanRadiance) {
 TEST(RadianceGrid, ThePriorFillsGapsAndGivesWayToRecords) {
   GridOptions options;
   options.cells = 1;
+  options.prior = 2;
   auto grid = RadianceGrid::Initial(kUnit, options);
   GridStatistics few(grid);
   few.Record(0, 40, 8);
