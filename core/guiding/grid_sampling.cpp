@@ -103,7 +103,7 @@ Vec3 GridSampling::Reject(const Local& local, GridRandom random, Vec2 fallback) 
     if (random.Next2D().x * square.greatest() < square.Density(at))
       return local.frame.ToWorld(HemisphereToDirection(at));
   }
-  return local.frame.ToWorld(HemisphereToDirection(square.Sample(fallback)));
+  return local.frame.ToWorld(HemisphereToDirection(square.Sample(fallback).at));
 }
 
 // Algorithms 3 and 4.
@@ -124,11 +124,16 @@ GuidedSample GridSampling::Sample(const Local& local, Vec2 u, float u_more) cons
   Vec3 w;
   switch (rules_.sampling) {
     case Sampling::kInversionSphere:
-      w = CylindricalToDirection(local.product->square->Sample(u));
+      w = CylindricalToDirection(local.product->square->Sample(u).at);
       break;
-    case Sampling::kInversionHemisphere:
-      w = local.frame.ToWorld(HemisphereToDirection(local.product->square->Sample(u)));
+    case Sampling::kInversionHemisphere: {
+      const GridSquare::Drawn drawn = local.product->square->Sample(u);
+      w = local.frame.ToWorld(HemisphereToDirection(drawn.at));
+      // What Pdf(w) would say, to the bit, without looking for the cell again.
+      if (drawn.inside) [[likely]]
+        return {w, drawn.density * (Dot(w, local.frame.n) * kInvPi)};
       break;
+    }
     case Sampling::kRejection:
     case Sampling::kRejectionMixed:
       w = rules_.memo ? RejectByMemo(local, GridRandom(u, u_more)) : Reject(local, GridRandom(u, u_more), u);

@@ -21,24 +21,11 @@ void Accumulate(std::span<const double> weights, float* ends) {
   }
 }
 
-struct Found {
-  uint32_t index;
-  float inside;
-};
-
-// The interval that holds u, never an empty one. Counting needs no branch.
-Found Find(const float* ends, uint32_t n, float u) {
-  uint32_t index = 0;
-  for (uint32_t i = 0; i < n; ++i) index += ends[i] <= u;
-  const float start = index > 0 ? ends[index - 1] : 0, width = ends[index] - start;
-  return {index, std::min((u - start) / width, kOneMinusEpsilon)};
-}
-
 }  // namespace
 
 GridSquare::GridSquare(std::span<const double> weights, uint32_t rows, uint32_t columns)
     : rows_(rows), columns_(columns), cells_(static_cast<float>(rows * columns)), ends_(rows + weights.size()) {
-  LODESTAR_CHECK(weights.size() == size_t{rows} * columns);
+  LODESTAR_CHECK(weights.size() == size_t{rows} * columns && rows % 4 == 0 && columns % 4 == 0);
   std::vector<double> sums(rows);
   double total = 0;
   for (size_t i = 0; i < weights.size(); ++i) {
@@ -54,12 +41,6 @@ GridSquare::GridSquare(std::span<const double> weights, uint32_t rows, uint32_t 
     for (uint32_t column = 0; column < columns; ++column)
       greatest_ = std::max(greatest_, Width(ends_.data(), row) * Width(ends, column) * cells_);
   }
-}
-
-Vec2 GridSquare::Sample(Vec2 u) const {
-  const Found row = Find(ends_.data(), rows_, u.x);
-  const Found column = Find(ColumnEnds(row.index), columns_, u.y);
-  return PointIn(row.index * columns_ + column.index, {row.inside, column.inside});
 }
 
 }  // namespace lodestar
