@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "tests/guiding/grid_testing.h"
 
 namespace lodestar {
@@ -219,6 +221,27 @@ TEST(GridSampling, AFullMemoryChangesNothing) {
         EXPECT_EQ(*value, static_cast<float>(10 * block + slot));
         EXPECT_EQ(own != nullptr, block > 0 || slot > 1);
       }
+}
+
+TEST(GridSampling, ThreadsThatMeetTheSamePlacesAgree) {
+  constexpr int kThreads = 4, kQueries = 4000;
+  const auto densities = [](const GridSampling& sampling) {
+    Random random(6);
+    std::vector<float> found;
+    for (int i = 0; i < kQueries; ++i) {
+      const Vec3 n = UniformDirection(random), w = UniformDirection(random);
+      const auto local = sampling.At(Trained()->CellAt(PointIn(kUnit, random)), n);
+      found.push_back(sampling.Pdf(local, w));
+    }
+    return found;
+  };
+  const std::vector<float> expected = densities(GridSampling(Trained(), {}));
+  const GridSampling shared(Trained(), {});
+  std::vector<std::vector<float>> found(kThreads);
+  std::vector<std::thread> threads;
+  for (auto& of_thread : found) threads.emplace_back([&] { of_thread = densities(shared); });
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& of_thread : found) EXPECT_EQ(of_thread, expected);
 }
 
 TEST(GridSampling, DarkBrightAndSingleEntriesStaySound) {
