@@ -2,6 +2,7 @@
 
 #include "core/base/check.h"
 #include "core/base/hash.h"
+#include "core/guiding/light_selection.h"
 
 namespace lodestar {
 namespace {
@@ -20,7 +21,7 @@ uint64_t HashBytes(uint64_t hash, const void* data, size_t size) {
 
 }  // namespace
 
-std::shared_ptr<const SdTree> SdTree::Initial(const Bounds3& bounds, const SdTreeOptions& options) {
+std::shared_ptr<const SdTree> SdTree::Initial(const Bounds3& bounds, const SdTreeOptions& options, std::span<const float> light_groups) {
   options.Validate();
   const float size = MaxComponent(bounds.Diagonal());
   if (bounds.empty() || !IsFinite(bounds.min) || !std::isfinite(size) || size > 1e30f) {
@@ -35,6 +36,8 @@ std::shared_ptr<const SdTree> SdTree::Initial(const Bounds3& bounds, const SdTre
   parts.leaves.resize(1);
   parts.leaves[0].bsdf_fraction = options.initial_bsdf_fraction;
   parts.nodes.resize(1);
+  if (light_groups.size() > 1)
+    parts.lights = parts.lights_by_power = QuantizeShares(std::vector<double>(light_groups.begin(), light_groups.end()));
   return std::make_shared<const SdTree>(std::move(parts));
 }
 
@@ -51,7 +54,9 @@ SdTree::SdTree(SdTreeParts parts)
       iteration_(parts.iteration),
       radiance_scale_(parts.radiance_scale),
       leaves_(std::move(parts.leaves)),
-      nodes_(std::move(parts.nodes)) {
+      nodes_(std::move(parts.nodes)),
+      lights_by_power_(std::move(parts.lights_by_power)),
+      lights_(std::move(parts.lights)) {
   auto spatial = SpatialTree::FromDepths(parts.corner, parts.size, parts.depths);
   LODESTAR_CHECK(spatial.has_value());
   spatial_ = std::move(*spatial);
@@ -72,6 +77,9 @@ SdTree::SdTree(SdTreeParts parts)
                  ((uint64_t{std::bit_cast<uint32_t>(leaf.records)} << 32) | std::bit_cast<uint32_t>(leaf.mean_flux)) ^
                  leaf.learned);
   }
+  LODESTAR_CHECK(lights_.size() == leaves_.size() * lights_by_power_.size());
+  hash = HashBytes(hash, lights_by_power_.data(), lights_by_power_.size() * sizeof(uint16_t));
+  hash = HashBytes(hash, lights_.data(), lights_.size() * sizeof(uint16_t));
   fingerprint_ = HashBytes(hash, nodes_.data(), nodes_.size() * sizeof(DirectionalNode));
 }
 

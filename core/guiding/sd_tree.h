@@ -8,6 +8,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "core/guiding/directional_tree.h"
 #include "core/guiding/sd_tree_options.h"
@@ -41,12 +42,15 @@ struct SdTreeParts {
   std::vector<uint8_t> depths;  // of the spatial leaves, depth first
   std::vector<SdTreeLeaf> leaves;
   std::vector<DirectionalNode> nodes;
+  // Of the scene's groups of lights, in units of 2^-16 (light_selection.h): by power, and each leaf's. Empty where light selection is not learned.
+  std::vector<uint16_t> lights_by_power, lights;
 };
 
 class SdTree {
  public:
   // One leaf, uniform. Throws Error(kInvalidInput) for bounds that are empty or not finite, or bad options.
-  static std::shared_ptr<const SdTree> Initial(const Bounds3& bounds, const SdTreeOptions& options);
+  // light_groups: probabilities by power, for learning to select lights; fewer than two are not worth it and are left out.
+  static std::shared_ptr<const SdTree> Initial(const Bounds3& bounds, const SdTreeOptions& options, std::span<const float> light_groups = {});
   explicit SdTree(SdTreeParts parts);
 
   // Positions outside the bounds belong to the nearest leaf.
@@ -83,9 +87,12 @@ class SdTree {
   const SpatialTree& spatial() const { return spatial_; }
   const SdTreeLeaf& leaf(uint32_t leaf) const { return leaves_[leaf]; }
   const DirectionalNode* Tree(uint32_t leaf) const { return nodes_.data() + leaves_[leaf].first_node; }
+  // Probabilities of the groups of lights, in units of 2^-16; empty where they are not learned.
+  std::span<const uint16_t> Lights(uint32_t leaf) const { return {lights_.data() + leaf * lights_by_power_.size(), lights_by_power_.size()}; }
+  std::span<const uint16_t> lights_by_power() const { return lights_by_power_; }
   Bounds3 LeafBounds(uint32_t leaf) const { return spatial_.LeafBounds(leaf); }
   size_t memory() const {
-    return spatial_.memory() + leaves_.size() * sizeof(SdTreeLeaf) + nodes_.size() * sizeof(DirectionalNode);
+    return spatial_.memory() + leaves_.size() * sizeof(SdTreeLeaf) + nodes_.size() * sizeof(DirectionalNode) + lights_.size() * sizeof(uint16_t);
   }
   // A hash of the content, for telling states apart; not a content address.
   uint64_t fingerprint() const { return fingerprint_; }
@@ -102,6 +109,7 @@ class SdTree {
   SpatialTree spatial_;
   std::vector<SdTreeLeaf> leaves_;
   std::vector<DirectionalNode> nodes_;
+  std::vector<uint16_t> lights_by_power_, lights_;
   uint64_t fingerprint_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "core/guiding/sd_tree_advance.h"
 
 #include "core/base/check.h"
+#include "core/guiding/light_selection.h"
 #include "core/base/parallel.h"
 
 namespace lodestar {
@@ -12,6 +13,7 @@ constexpr double kFractionPriorRecords = 64;
 struct RebuiltLeaf {
   SdTreeLeaf leaf;
   directional::Tree tree;
+  std::vector<uint16_t> lights;
   int splits = 0;  // binary levels to split into
 };
 
@@ -95,6 +97,10 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
     out.leaf.bsdf_fraction = SolveBsdfFraction(sums.fraction, out.leaf.bsdf_fraction, kFractionPriorRecords);
   }
   if (options.learn_nee) out.leaf.nee_probability = SolveNeeProbability(sums.nee, out.leaf.nee_probability, options.min_records);
+  out.lights.assign(tree.Lights(leaf).begin(), tree.Lights(leaf).end());
+  // As many light samples as another distribution needs records.
+  if (!out.lights.empty() && records * tree.leaf(leaf).nee_probability >= options.min_records)
+    out.lights = SolveLightSelection(statistics.lights(leaf), tree.lights_by_power(), tree.Lights(leaf));
   const int depth = tree.spatial().cell(leaf).depth;
   for (; records > split_threshold && depth + out.splits < options.max_spatial_depth; records *= 0.5) ++out.splits;
   out.leaf.records = static_cast<float>(records);
@@ -165,6 +171,7 @@ std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics
   parts.size = tree.spatial().size();
   parts.iteration = tree.iteration() + 1;
   parts.radiance_scale = NextScale(tree, statistics);
+  parts.lights_by_power.assign(tree.lights_by_power().begin(), tree.lights_by_power().end());
   parts.nodes.reserve(static_cast<size_t>(NodesAfterSplits(leaves)));
   for (uint32_t i = 0; i < tree.leaf_count(); ++i) {
     const RebuiltLeaf& rebuilt = leaves[i];
@@ -172,6 +179,7 @@ std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics
       parts.depths.push_back(static_cast<uint8_t>(tree.spatial().cell(i).depth + rebuilt.splits));
       parts.leaves.push_back(rebuilt.leaf);
       parts.leaves.back().first_node = static_cast<uint32_t>(parts.nodes.size());
+      parts.lights.insert(parts.lights.end(), rebuilt.lights.begin(), rebuilt.lights.end());
       parts.nodes.insert(parts.nodes.end(), rebuilt.tree.nodes.begin(), rebuilt.tree.nodes.end());
     }
   }

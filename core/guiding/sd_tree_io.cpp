@@ -1,13 +1,16 @@
-// The SD-tree's bytes, version 2. Nodes are written in their order of layout, which follows from the probabilities, so
+// The SD-tree's bytes, version 3. Nodes are written in their order of layout, which follows from the probabilities, so
 // no links are written and none can be wrong.
+#include <numeric>
+
 #include "core/guiding/bsdf_fraction.h"
+#include "core/guiding/light_selection.h"
 #include "core/guiding/sd_tree.h"
 
 namespace lodestar {
 namespace {
 
 constexpr uint32_t kMagic = 0x54445344;  // "DSDT"
-constexpr uint32_t kVersion = 2;
+constexpr uint32_t kVersion = 3;
 
 // Links the nodes of one tree, read so far with masks for links, depth first.
 class Linker {
@@ -39,6 +42,11 @@ class Linker {
   size_t next_ = 0;
   int depth_ = 0;
 };
+
+// Probabilities in units of 2^-16.
+bool IsSelection(std::span<const uint16_t> shares) {
+  return std::find(shares.begin(), shares.end(), 0) == shares.end() && std::accumulate(shares.begin(), shares.end(), 0u) == 65536;
+}
 
 }  // namespace
 
@@ -79,6 +87,8 @@ Bytes SdTree::Serialize() const {
   out.PutVector(nee);
   out.PutVector(masks);
   out.PutVector(probabilities);
+  out.PutVector(lights_by_power_);
+  out.PutVector(lights_);
   return out.Take();
 }
 
@@ -86,7 +96,7 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   ByteReader in(bytes, "SD-tree");
   if (in.Get<uint32_t>() != kMagic) in.Fail("does not begin like one");
   if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("has version " + std::to_string(version) + ", known is 2");
+    in.Fail("has version " + std::to_string(version) + ", known is 3");
   SdTreeParts parts;
   parts.options = SdTreeOptions::Read(in);
   for (int axis = 0; axis < 3; ++axis) parts.corner[axis] = in.Get<float>();
@@ -107,11 +117,21 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   const auto nee = in.GetVector<float>();
   const auto masks = in.GetVector<uint8_t>();
   const auto probabilities = in.GetVector<uint16_t>();
+  parts.lights_by_power = in.GetVector<uint16_t>();
+  parts.lights = in.GetVector<uint16_t>();
   in.ExpectEnd();
   const size_t leaves = parts.depths.size();
   if (learned.size() != leaves || counts.size() != leaves || fractions.size() != leaves || records.size() != leaves ||
       flux.size() != leaves || nee.size() != leaves || probabilities.size() != masks.size() * 3) {
     in.Fail("has arrays of different lengths");
+  }
+  const size_t groups = parts.lights_by_power.size();
+  if (groups == 1 || groups > kMostLightGroups || parts.lights.size() != leaves * groups) in.Fail("has light probabilities of another number");
+  if (groups > 0) {
+    if (!IsSelection(parts.lights_by_power)) in.Fail("has light probabilities that are no distribution");
+    for (size_t i = 0; i < leaves; ++i) {
+      if (!IsSelection(std::span(parts.lights).subspan(i * groups, groups))) in.Fail("has light probabilities that are no distribution");
+    }
   }
   if (!SpatialTree::FromDepths(parts.corner, parts.size, parts.depths)) in.Fail("has a broken spatial tree");
   if (masks.size() > (uint64_t{1} << 29)) in.Fail("has too many nodes");

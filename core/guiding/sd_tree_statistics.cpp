@@ -22,6 +22,8 @@ SdTreeStatistics::SdTreeStatistics(std::shared_ptr<const SdTree> tree)
       halves_(tree_->options().reconstruction == SdTreeOptions::Reconstruction::kNative ? 2 : 1),
       slots_(size_t{tree_->node_count()} * 4 * halves_),
       leaves_(tree_->leaf_count()),
+      groups_(tree_->lights_by_power().size()),
+      lights_(tree_->leaf_count() * groups_),
       touched_((tree_->leaf_count() + 63) / 64) {}
 
 std::optional<SdTreeStatistics::Pending> SdTreeStatistics::Gate(const SdTreeRecord& r) {
@@ -60,6 +62,14 @@ void SdTreeStatistics::Record(const NeeRecord& r) {
   LODESTAR_DCHECK(r.leaf < tree_->leaf_count());
   Touch(r.leaf);
   leaves_[r.leaf].nee.Add(r.direct * tree_->radiance_scale(), r.reflected * tree_->radiance_scale(), r.vertices);
+}
+
+void SdTreeStatistics::Record(const LightRecord& r) {
+  LODESTAR_DCHECK(r.leaf < tree_->leaf_count() && r.group < groups_);
+  const float direct = r.direct * tree_->radiance_scale();
+  if (!(direct > 0) || !(direct <= std::numeric_limits<float>::max())) return;
+  Touch(r.leaf);
+  lights_[r.leaf * groups_ + r.group].Add(std::min(direct * (direct * r.probability), std::numeric_limits<float>::max()));
 }
 
 void SdTreeStatistics::AddFraction(const SdTreeRecord& r) {
@@ -187,6 +197,7 @@ void SdTreeStatistics::Merge(const SdTreeStatistics& other) {
     leaves_[leaf].flux.Merge(other.leaves_[leaf].flux);
     leaves_[leaf].nee.Merge(other.leaves_[leaf].nee);
     leaves_[leaf].fraction.Merge(other.leaves_[leaf].fraction);
+    for (size_t g = 0; g < groups_; ++g) lights_[leaf * groups_ + g].Merge(other.lights(leaf)[g]);
     const std::span<const ExactSum> from = other.slots(leaf);
     ExactSum* const to = slots_.data() + FirstSum(leaf);
     for (size_t slot = 0; slot < from.size(); ++slot) to[slot].Merge(from[slot]);

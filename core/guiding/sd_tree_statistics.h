@@ -10,6 +10,7 @@
 #include <span>
 
 #include "core/guiding/bsdf_fraction.h"
+#include "core/guiding/light_selection.h"
 #include "core/guiding/nee_probability.h"
 #include "core/guiding/sd_tree.h"
 #include "core/guiding/zero_pages.h"
@@ -36,6 +37,14 @@ struct NeeRecord {
   float reflected = 0;  // lum of what came along the sampled direction, f cos / pdf included
   uint32_t vertices = 1;  // of the path from here on, this one included
   uint32_t leaf = 0;
+};
+
+// A light sample that arrived, for choosing which lights to sample there.
+struct LightRecord {
+  float direct = 0;       // as NeeRecord's
+  float probability = 1;  // of having taken it, and of its group: P_g q
+  uint32_t leaf = 0;
+  uint8_t group = 0;
 };
 
 class SdTreeStatistics {
@@ -65,6 +74,7 @@ class SdTreeStatistics {
   // A path's records at once, which hides the memory's latency; the jitter of record i is a hash of (key, i). All go to one half.
   void Record(std::span<const SdTreeRecord> records, uint64_t key);
   void Record(const NeeRecord& record);
+  void Record(const LightRecord& record);  // only where the state selects lights
 
   // Both must belong to the same tree. Costs what `other` touched.
   void Merge(const SdTreeStatistics& other);
@@ -84,6 +94,9 @@ class SdTreeStatistics {
   uint32_t halves() const { return halves_; }
   // The sums of the slots of a leaf's D-tree, one after the other for each slot's halves: 4 * node_count * halves.
   std::span<const ExactSum> slots(uint32_t leaf) const { return {slots_.data() + FirstSum(leaf), SumCount(leaf)}; }
+
+  // Of the contributions of light samples by group (light_selection.h), scaled; empty where selection is not learned.
+  std::span<const ExactSum> lights(uint32_t leaf) const { return {lights_.data() + leaf * groups_, groups_}; }
 
  private:
   // A record behind the gate, on its way to one leaf.
@@ -135,6 +148,8 @@ class SdTreeStatistics {
   uint32_t halves_, half_ = 0;  // half_: of the record at hand
   ZeroPages<ExactSum> slots_;
   ZeroPages<LeafSums> leaves_;
+  size_t groups_;
+  ZeroPages<ExactSum> lights_;
   std::vector<uint64_t> touched_;
   Counts counts_;
   std::vector<Addition> additions_;  // of the batch at hand; empty between calls

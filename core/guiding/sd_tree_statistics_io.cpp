@@ -1,4 +1,4 @@
-// The statistics' bytes, version 2: header, totals, then per touched leaf its weight, fraction sums and non-zero slots.
+// The statistics' bytes, version 3: header, totals, then per touched leaf its weight, fraction sums and non-zero sums of lights and slots.
 // Indices are written as varint differences, sums as their significant bytes behind one byte that says which.
 #include "core/base/check.h"
 #include "core/guiding/sd_tree_statistics.h"
@@ -7,7 +7,7 @@ namespace lodestar {
 namespace {
 
 constexpr uint32_t kMagic = 0x53445344;  // "DSDS"
-constexpr uint32_t kVersion = 2;
+constexpr uint32_t kVersion = 3;
 
 void PutVarint(ByteWriter& out, uint64_t value) {
   for (; value >= 0x80; value >>= 7) out.Put(static_cast<uint8_t>(value | 0x80));
@@ -63,6 +63,32 @@ ExactSum GetSum(ByteReader& in) {
   return sum;
 }
 
+// Sparse: how many are not zero, and those, each behind how many were skipped.
+void PutSums(ByteWriter& out, std::span<const ExactSum> sums) {
+  uint64_t count = 0;
+  for (const ExactSum& sum : sums) count += !sum.zero();
+  PutVarint(out, count);
+  size_t next = 0;
+  for (size_t i = 0; i < sums.size(); ++i) {
+    if (sums[i].zero()) continue;
+    PutVarint(out, i - next);
+    next = i + 1;
+    PutWide(out, sums[i].Units());
+  }
+}
+
+void GetSums(ByteReader& in, std::span<ExactSum> sums) {
+  const uint64_t count = GetVarint(in);
+  uint64_t next = 0;
+  for (uint64_t s = 0; s < count; ++s) {
+    const uint64_t skip = GetVarint(in);
+    if (skip >= sums.size() - next) in.Fail("name a sum that the leaf does not have");
+    next += skip;
+    sums[next] = GetSum(in);
+    if (sums[next++].zero()) in.Fail("have an empty sum");
+  }
+}
+
 template <class Sums>
 auto NeeParts(Sums& sums) {
   return std::array{&sums.direct, &sums.direct_squared, &sums.reflected, &sums.reflected_squared};
@@ -99,17 +125,8 @@ Bytes SdTreeStatistics::Serialize() const {
       PutWide(out, sums.fraction.weight.Units());
       for (int i = 0; i < kFractionGrid; ++i) PutWide(out, sums.fraction.GradientUnits(i));
     }
-    const std::span<const ExactSum> slots = this->slots(leaf);
-    uint64_t count = 0;
-    for (const ExactSum& sum : slots) count += !sum.zero();
-    PutVarint(out, count);
-    size_t next_slot = 0;
-    for (size_t slot = 0; slot < slots.size(); ++slot) {
-      if (slots[slot].zero()) continue;
-      PutVarint(out, slot - next_slot);
-      next_slot = slot + 1;
-      PutWide(out, slots[slot].Units());
-    }
+    if (groups_ > 0) PutSums(out, lights(leaf));
+    PutSums(out, slots(leaf));
   });
   return out.Take();
 }
@@ -118,7 +135,7 @@ SdTreeStatistics SdTreeStatistics::Parse(std::shared_ptr<const SdTree> tree, std
   ByteReader in(bytes, "SD-tree statistics");
   if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
   if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("have version " + std::to_string(version) + ", known is 2");
+    in.Fail("have version " + std::to_string(version) + ", known is 3");
   const auto fingerprint = in.Get<uint64_t>();
   const auto leaf_count = in.Get<uint32_t>();
   const auto node_count = in.Get<uint32_t>();
@@ -159,19 +176,8 @@ SdTreeStatistics SdTreeStatistics::Parse(std::shared_ptr<const SdTree> tree, std
         sums.fraction.SetGradientUnits(g, units);
       }
     }
-    const size_t slot_count = statistics.slots(leaf).size();
-    const size_t base = statistics.FirstSum(leaf);
-    const uint64_t slots = GetVarint(in);
-    uint64_t next_slot = 0;
-    for (uint64_t s = 0; s < slots; ++s) {
-      const uint64_t slot_skip = GetVarint(in);
-      if (slot_skip >= slot_count - next_slot) in.Fail("name a slot that the leaf does not have");
-      const size_t slot = static_cast<size_t>(next_slot + slot_skip);
-      next_slot = slot + 1;
-      ExactSum sum = GetSum(in);
-      if (sum.zero()) in.Fail("have an empty sum");
-      statistics.slots_[base + slot] = sum;
-    }
+    if (statistics.groups_ > 0) GetSums(in, {statistics.lights_.data() + leaf * statistics.groups_, statistics.groups_});
+    GetSums(in, {statistics.slots_.data() + statistics.FirstSum(leaf), statistics.SumCount(leaf)});
   }
   in.ExpectEnd();
   return statistics;

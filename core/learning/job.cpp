@@ -9,7 +9,7 @@ namespace lodestar {
 namespace {
 
 constexpr uint32_t kJobMagic = DocumentMagic("LDJB"), kJobVersion = 2;
-constexpr uint32_t kSurveyMagic = DocumentMagic("LDSV"), kSurveyVersion = 2;
+constexpr uint32_t kSurveyMagic = DocumentMagic("LDSV"), kSurveyVersion = 3;
 
 void PutVec(ByteWriter& out, Vec3 v) {
   out.Put(v.x);
@@ -97,6 +97,7 @@ Bytes Survey::Serialize() const {
   out.Put(scene_spp);
   out.PutString(scene_hash);
   out.PutString(needs);
+  out.PutVector(light_groups);
   out.Put<uint64_t>(left_out.size());
   for (const std::string& line : left_out) out.PutString(line);
   return Seal(std::move(out));
@@ -113,6 +114,11 @@ Survey Survey::Parse(std::string_view bytes) {
   survey.scene_spp = in.Get<uint64_t>();
   survey.scene_hash = in.GetString();
   survey.needs = in.GetString();
+  survey.light_groups = in.GetVector<float>();
+  if (survey.light_groups.size() > kMaxLightGroups) in.Fail("lists more groups of lights than there may be");
+  for (const float share : survey.light_groups) {
+    if (!(share > 0 && share <= 1.001f)) in.Fail("has a group of lights with an impossible share");
+  }
   const auto left_out = in.Get<uint64_t>();
   if (left_out > kMaxLeftOut + 1) in.Fail("lists more left out than it may");
   for (uint64_t i = 0; i < left_out; ++i) survey.left_out.push_back(in.GetString());

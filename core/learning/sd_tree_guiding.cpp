@@ -1,5 +1,7 @@
 #include "core/learning/sd_tree_guiding.h"
 
+#include <algorithm>
+
 #include "core/base/check.h"
 #include "core/guiding/sd_tree_advance.h"
 
@@ -41,13 +43,15 @@ void SdTreeGuidingStatistics::AddHealth(HealthReport* health) const {
 }
 
 std::shared_ptr<const State> SdTreeMethod::Initial() const {
-  return std::make_shared<SdTreeState>(SdTree::Initial(bounds_, options_.tree), PixelEstimate{});
+  return std::make_shared<SdTreeState>(SdTree::Initial(bounds_, options_.tree, light_groups_), PixelEstimate{});
 }
 
 std::shared_ptr<const State> SdTreeMethod::ParseState(std::string_view bytes) const {
   auto state = SdTreeState::Parse(bytes);
   if (!(state->tree().options() == options_.tree))
     throw Error(ErrorKind::kConflict, "a guiding state was made with other options than its job's; submit the job again");
+  if (!std::ranges::equal(state->tree().lights_by_power(), SdTree::Initial(bounds_, options_.tree, light_groups_)->lights_by_power()))
+    throw Error(ErrorKind::kConflict, "a guiding state was made for other lights than its job's; submit the job again");
   const bool complete = !NeedsPixels(state->tree()) || !state->pixels().empty();
   if (!complete || (!state->pixels().empty() && (state->pixels().width != resolution_x_ || state->pixels().height != resolution_y_))) {
     throw Error(ErrorKind::kCorrupt, "a guiding state has a pixel estimate of another size than its job's image");

@@ -48,6 +48,7 @@ class SdTreeMethod final : public Method {
     SdTreeOptions tree;
     NeeMode nee = NeeMode::kAlways;
     Learn learn = Learn::kWeighted;
+    bool learn_lights = false;  // which lights to sample, per leaf; else by power
     bool product = false;  // guide by tree times BSDF
     Roulette roulette = Roulette::kContribution;
     Combination combination;
@@ -76,6 +77,7 @@ class SdTreeMethod final : public Method {
 
   Options options_;
   Bounds3 bounds_;
+  std::vector<float> light_groups_;  // empty: selected by power
   uint32_t resolution_x_, resolution_y_;
 };
 

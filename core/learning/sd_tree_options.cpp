@@ -53,6 +53,8 @@ MethodEntry SdTreeMethod::Entry() {
                "that lowers variance times cost most, found per leaf. Default always; 2017 never, 2019 "
                "kickstart. Recommended: "
                "always, unless no light can be seen from where most paths go"},
+              {"lights", "power | learned", preset,
+               "which lights are sampled: by power; or by what arrives from them, in up to 32 groups, learned per leaf. Default and papers power"},
               {"target", "radiance | simple | full | switching", preset,
                "what the trees are proportional to: incident radiance; the root of the second moment of what a vertex "
                "reflects (Rath et al. 2020); the same relative to the pixel; simple first and full from the fifth iteration "
@@ -114,6 +116,8 @@ SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
                                                  {"learned", NeeMode::kLearned}});
   }
   tree.learn_nee = options_.nee == NeeMode::kLearned;
+  if (given.Has("lights")) options_.learn_lights = given.Choice<bool>("lights", {{"power", false}, {"learned", true}});
+  if (options_.learn_lights) light_groups_ = survey.light_groups;
   if (given.Has("target")) {
     tree.target = given.Choice<Tree::Target>("target", {{"radiance", Tree::Target::kRadiance},
                                                         {"simple", Tree::Target::kSimple},

@@ -132,6 +132,7 @@ void LightTable::Finish(const Bounds3& bounds) {
   environment_pick_.assign(environments_.size(), 0);
   if (shining == 0) {  // black lights only: nothing to sample
     table_ = {};
+    groups_ = {};
     return;
   }
   std::vector<double> weights;
@@ -141,14 +142,34 @@ void LightTable::Finish(const Bounds3& bounds) {
     lights_[i].pick = table_.Pmf(static_cast<uint32_t>(i));
     if (lights_[i].kind == Kind::kEnvironment) environment_pick_[lights_[i].side] = lights_[i].pick;
   }
+  using Place = LightGroups::Light::Place;
+  std::vector<LightGroups::Light> placed;
+  for (const Light& l : lights_) {
+    const LightTriangle& t = l.triangle;
+    placed.push_back({l.kind == Kind::kEnvironment ? Place::kEnvironment : l.kind == Kind::kDistant ? Place::kDistant : Place::kSpatial,
+                      l.kind == Kind::kTriangle ? t.p0 + (t.e1 + t.e2) / 3 : t.p0, l.pick});
+  }
+  groups_ = LightGroups(placed);
 }
 
 // ---- use
 // ------------------------------------------------------------------------------------------------------------------------------------
 
-std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u) const {
+std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u, LightGroupWeights weights) const {
   if (table_.size() == 0) return {};
-  const Light& light = lights_[table_.Sample(u_pick)];
+  if (weights.empty()) return SampleOne(lights_[table_.Sample(u_pick)], textures, p, u);
+  // The last bits of a choice among many: from the position's numbers, which a hash keeps from showing.
+  const uint32_t bits = (std::bit_cast<uint32_t>(u.x) * 0x9e3779b1u) ^ (std::bit_cast<uint32_t>(u.y) * 0x85ebca77u);
+  const LightGroups::Choice choice = groups_.Sample(weights, u_pick, static_cast<float>(bits >> 8) * 0x1p-24f);
+  auto sample = SampleOne(lights_[choice.light], textures, p, u);
+  if (sample) {
+    sample->pdf *= choice.ratio;
+    sample->group = choice.group;
+  }
+  return sample;
+}
+
+std::optional<LightSample> LightTable::SampleOne(const Light& light, const TextureTable& textures, Vec3 p, Vec2 u) const {
   switch (light.kind) {
     case Kind::kTriangle:
     case Kind::kSphere:
@@ -323,7 +344,7 @@ EnvironmentSample LightTable::Environment(Vec3 wi) const {
 }
 
 size_t LightTable::memory_bytes() const {
-  size_t bytes = lights_.capacity() * sizeof(Light) + alphas_.capacity() * sizeof(Alpha) + table_.size() * 12;
+  size_t bytes = lights_.capacity() * sizeof(Light) + alphas_.capacity() * sizeof(Alpha) + table_.size() * 12 + groups_.memory_bytes();
   for (const auto& e : environments_) bytes += e.memory_bytes();
   return bytes;
 }

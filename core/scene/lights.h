@@ -8,6 +8,7 @@
 #include "core/math/bounds.h"
 #include "core/math/distribution.h"
 #include "core/scene/light_environment.h"
+#include "core/scene/light_groups.h"
 #include "core/scene/light_shapes.h"
 #include "core/scene/scene_geometry.h"
 #include "core/scene/scene_types.h"
@@ -41,7 +42,8 @@ class LightTable {
 
   // ---- use ----
   bool empty() const { return lights_.empty(); }
-  std::optional<LightSample> Sample(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u) const;
+  std::optional<LightSample> Sample(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u, LightGroupWeights weights) const;
+  const LightGroups& groups() const { return groups_; }
   Rgb Emitted(int32_t light, Vec3 ng, Vec3 wo) const {
     const Light& l = lights_[light];
     return l.two_sided || Dot(ng, wo) > 0 ? l.radiance : Rgb();
@@ -74,6 +76,7 @@ class LightTable {
     FloatValue alpha;
     TriangleUvs uvs;
   };
+  std::optional<LightSample> SampleOne(const Light& light, const TextureTable& textures, Vec3 p, Vec2 u) const;
   std::optional<LightSample> SampleArea(const Light& light, const TextureTable& textures, Vec3 p, Vec2 u) const;
   std::optional<LightSample> SampleDelta(const Light& light, Vec3 p) const;
   LightSample SampleEnvironment(const Light& light, Vec2 u) const;
@@ -87,6 +90,7 @@ class LightTable {
   std::vector<EnvironmentLight> environments_;
   std::vector<float> environment_pick_;
   AliasTable table_;
+  LightGroups groups_;
   bool has_area_lights_ = false, has_delta_lights_ = false;
 };
 

@@ -65,8 +65,8 @@ Bsdf Scene::BsdfAt(const SurfaceInteraction& si, float u_mix) const {
 bool Scene::has_lights() const {
   return !impl_->lights.empty();
 }
-std::optional<LightSample> Scene::SampleLight(Vec3 p, float u_pick, Vec2 u) const {
-  return impl_->lights.Sample(impl_->textures, p, u_pick, u);
+std::optional<LightSample> Scene::SampleLight(Vec3 p, float u_pick, Vec2 u, LightGroupWeights weights) const {
+  return impl_->lights.Sample(impl_->textures, p, u_pick, u, weights);
 }
 Rgb Scene::Emitted(const SurfaceInteraction& si, Vec3 wo_world) const {
   return si.light < 0 ? Rgb() : impl_->lights.Emitted(si.light, si.ng, wo_world);
@@ -76,6 +76,15 @@ float Scene::LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3) const {
 }
 EnvironmentSample Scene::Environment(Vec3 wi) const {
   return impl_->lights.Environment(wi);
+}
+const std::vector<float>& Scene::light_groups() const {
+  return impl_->lights.groups().shares();
+}
+float Scene::LightRatio(LightGroupWeights weights, int32_t light) const {
+  return impl_->lights.groups().Ratio(weights, impl_->lights.groups().group(static_cast<size_t>(light)));
+}
+float Scene::EnvironmentRatio(LightGroupWeights weights) const {
+  return impl_->lights.groups().Ratio(weights, impl_->lights.groups().environments());
 }
 
 SurfaceInteraction Scene::Interaction(const Ray& ray, const Hit& hit) const {

@@ -57,13 +57,19 @@ class Scene {
   bool has_lights() const;
   // Nothing where the light picked cannot light p (wrong side, zero radiance). To be combined with directions drawn for
   // the surface: the dim part of an environment image is never sampled (density 0, see light_environment.h).
-  std::optional<LightSample> SampleLight(Vec3 p, float u_pick, Vec2 u) const;
+  // With `weights`, a group is chosen by them and a light of it by power; the sample's pdf includes that.
+  std::optional<LightSample> SampleLight(Vec3 p, float u_pick, Vec2 u, LightGroupWeights weights = {}) const;
   // Radiance leaving the emitter of si towards wo_world (world space).
   Rgb Emitted(const SurfaceInteraction& si, Vec3 wo_world) const;
-  // Density with which SampleLight(from, ..) produces the direction to si.
+  // Density with which SampleLight(from, ..) produces the direction to si, by power.
   float LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3 wi) const;
   // Of a ray that left the scene; both at once cost little more than one.
   EnvironmentSample Environment(Vec3 wi) const;
+  // Probability of picking each group by power; empty without light.
+  const std::vector<float>& light_groups() const;
+  // The factors of LightPdf, and of Environment's density, where groups are chosen by `weights` (not empty).
+  float LightRatio(LightGroupWeights weights, int32_t light) const;
+  float EnvironmentRatio(LightGroupWeights weights) const;
 
   const Camera& camera() const { return *camera_; }
   const Bounds3& bounds() const { return bounds_; }  // of all finite geometry

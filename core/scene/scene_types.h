@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "core/math/frame.h"
 #include "core/math/rgb.h"
@@ -28,6 +29,9 @@ struct Hit {
   uint32_t instance;  // kNoInstance: none
 };
 
+// Probabilities of a scene's light groups (light_groups.h) in units of 2^-16, all positive and of sum 1, in place of those by power; empty: by power.
+using LightGroupWeights = std::span<const uint16_t>;
+
 struct SurfaceInteraction {
   Vec3 p;   // on the surface, reconstructed from the primitive, not from t
   Vec3 ng;  // unit geometric normal, on the side of the shading normal's hemisphere (emission side after
@@ -49,6 +53,7 @@ struct LightSample {
   bool delta = false;  // cannot be hit by BSDF sampling: no MIS
   Vec3 target;         // point on the light, pulled off it by its error bound; not set where `infinite`
   bool infinite = false;
+  uint8_t group = 0;  // of the light
 };
 
 // The environment seen in one direction; black and zero where there is none.

@@ -14,6 +14,7 @@ class FocalGuide {
   struct Local {
     float bsdf_fraction = 1, nee_probability = 1;
     uint32_t leaf = 0;
+    static constexpr LightGroupWeights lights{};
     Vec3 p;
   };
   struct Scratch {};

@@ -6,6 +6,7 @@
 //                                    //   float bsdf_fraction = 1;    share of directions that the BSDF draws; 1: this vertex is not guided
 //                                    //   float nee_probability = 1;  share of vertices that sample a light
 //   Local At(const SurfaceInteraction&, const Bsdf&, Vec3 wo) const;  // at a vertex with smooth lobes; wo in the shading frame
+//                                    //   LightGroupWeights lights;   which groups of lights those sample; empty: by power
 //   GuidedSample Sample(const Local&, Vec2 u, float u_more) const;    // world space; u_more: for whoever needs a third number
 //   float Pdf(const Local&, Vec3 wi) const;                           // per steradian: exactly what Sample() says of wi
 //   float Fluence(const Local&) const;  // integral of the incident radiance over the sphere; 0: not known
@@ -26,6 +27,7 @@ struct PathVertex {
   Rgb emitted{};              // radiance of its own towards the previous vertex
   float emission_weight = 1;  // of it in the estimate; below 1 where light sampling could have found it
   Rgb direct{};               // MIS-weighted light sample
+  uint8_t light_group = 0;    // of that light
   Rgb weight{};  // f cos / pdf of wi
   Rgb beta{};    // throughput of the path up to this vertex
   float roulette = 1;  // what survival multiplied the rest of the path by; 0: the path was ended here
@@ -48,6 +50,7 @@ struct NoGuide {
   static constexpr bool kGuides = false, kRecords = false;
   struct Local {
     static constexpr float bsdf_fraction = 1, nee_probability = 1;
+    static constexpr LightGroupWeights lights{};
   };
   struct Scratch {};
   Local At(const SurfaceInteraction&, const Bsdf&, Vec3) const { return {}; }

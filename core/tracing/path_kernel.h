@@ -56,7 +56,11 @@ class PathKernel {
   static float MixturePdf(const Local& local, float bsdf_pdf, float guide_pdf) {
     return local.bsdf_fraction * bsdf_pdf + (1 - local.bsdf_fraction) * guide_pdf;
   }
-  Rgb DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light, Vec2 u, PathCounters* counters) const;
+  struct DirectSample {
+    Rgb radiance;
+    uint8_t group = 0;  // of its light
+  };
+  DirectSample DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light, Vec2 u, PathCounters* counters) const;
 
   const SceneT& scene_;
   const PathSettings settings_;
@@ -66,13 +70,13 @@ class PathKernel {
 // Light samples are taken at a share q of the vertices: the balance heuristic then sees a light density of q * pdf (Veach 1997, section 9.2.2: the
 // expected number of samples is what counts).
 template <unsigned kFeatures, class Guide, class SceneT>
-inline Rgb PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light,
-                                                      Vec2 u, PathCounters* counters) const {
+inline auto PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light,
+                                                       Vec2 u, PathCounters* counters) const -> DirectSample {
   if constexpr (Guide::kGuides) {
     if (!(u_light < local.nee_probability)) return {};
     u_light = std::min(u_light / local.nee_probability, kOneMinusEpsilon);
   }
-  const auto light = scene_.SampleLight(si.p, u_light, u);
+  const auto light = scene_.SampleLight(si.p, u_light, u, local.lights);
   if (!light) return {};
   const BsdfValue value = bsdf.Evaluate(wo, si.shading.ToLocal(light->wi));
   if (IsBlack(value.f_cos)) return {};
@@ -94,7 +98,7 @@ inline Rgb PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceIntera
     }
     weight = light_pdf / (light_pdf + pdf);
   }
-  return value.f_cos * light->radiance * (weight / light_pdf);
+  return {value.f_cos * light->radiance * (weight / light_pdf), light->group};
 }
 
 template <unsigned kFeatures, class Guide, class SceneT>
@@ -110,7 +114,8 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
   const bool by_contribution = kGuided && settings_.roulette != Roulette::kThroughput;
   float expected = by_contribution && settings_.roulette == Roulette::kPixel ? pixel : 0;
   float previous_pdf = 0;  // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
-  float previous_nee = 1;  // the share of light samples at the vertex it came from
+  float previous_nee = 1;  // the share of light samples at the vertex it came from, and the lights that they chose
+  LightGroupWeights previous_lights;
   Vec3 previous_p;
   float travelled = 0;  // since the last vertex, through interfaces
   if constexpr (kRecording) vertices->clear();
@@ -123,7 +128,11 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       if constexpr ((kFeatures & kEnvironment) != 0) {
         const EnvironmentSample environment = scene_.Environment(ray.direction);
         float weight = 1;
-        if (previous_pdf > 0 && settings_.next_event) weight = previous_pdf / (previous_pdf + previous_nee * environment.pdf);
+        if (previous_pdf > 0 && settings_.next_event) {
+          float light_pdf = previous_nee * environment.pdf;
+          if constexpr (kGuided) light_pdf *= previous_lights.empty() ? 1 : scene_.EnvironmentRatio(previous_lights);
+          weight = previous_pdf / (previous_pdf + light_pdf);
+        }
         radiance += beta * (environment.radiance * weight);
         if constexpr (kRecording) vertices->push_back({.emitted = environment.radiance, .emission_weight = weight, .distance = kInfinity});
       }
@@ -137,8 +146,11 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     float emission_weight = 1;
     if (si.light >= 0) {
       emitted = scene_.Emitted(si, -ray.direction);
-      if (previous_pdf > 0 && settings_.next_event && !IsBlack(emitted))
-        emission_weight = previous_pdf / (previous_pdf + previous_nee * scene_.LightPdf(previous_p, si, ray.direction));
+      if (previous_pdf > 0 && settings_.next_event && !IsBlack(emitted)) {
+        float light_pdf = previous_nee * scene_.LightPdf(previous_p, si, ray.direction);
+        if constexpr (kGuided) light_pdf *= previous_lights.empty() ? 1 : scene_.LightRatio(previous_lights, si.light);
+        emission_weight = previous_pdf / (previous_pdf + light_pdf);
+      }
       radiance += beta * (emitted * emission_weight);
     }
     sampler.StartAt(kFirstVertexPair + static_cast<uint32_t>(depth) * kPairsPerVertex);
@@ -162,9 +174,9 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     const Vec3 wo = si.shading.ToLocal(-ray.direction);
     const bool smooth = bsdf.HasSmoothLobes();
     const Local at = smooth ? guide_.At(si, bsdf, wo) : Local{};
-    Rgb direct;
+    DirectSample direct;
     if (smooth && settings_.next_event) direct = DirectLight(si, bsdf, wo, at, u_choice.y, sampler.Next2D(), counters);
-    radiance += beta * direct;
+    radiance += beta * direct.radiance;
 
     // The next direction.
     Rgb weight;
@@ -212,7 +224,8 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     if constexpr (kRecording) {
       vertices->push_back({.emitted = emitted,
                            .emission_weight = emission_weight,
-                           .direct = direct,
+                           .direct = direct.radiance,
+                           .light_group = direct.group,
                            .weight = weight,
                            .beta = beta,
                            .distance = travelled,
@@ -257,6 +270,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     }
     previous_pdf = delta ? 0 : pdf;
     previous_nee = at.nee_probability;
+    previous_lights = at.lights;
     previous_p = si.p;
     travelled = 0;
     ray = {Scene::OffsetOrigin(si, wi), wi, kInfinity};

@@ -41,7 +41,8 @@ static_assert(static_cast<int>(ProductLobe::Kind::kDiffuseTransmission) == stati
 template <bool kProduct>
 void SdTreeGuide<kProduct>::Record(std::span<const PathVertex> vertices, const PixelSample& sample, Scratch* records, Statistics* statistics) const {
   SdTreeStatistics& sums = static_cast<SdTreeGuidingStatistics*>(statistics)->sums();
-  const bool relative = tree_.target() == SdTreeOptions::Target::kFull, learn_nee = tree_.options().learn_nee;
+  const bool relative = tree_.target() == SdTreeOptions::Target::kFull, learn_nee = tree_.options().learn_nee,
+             learn_lights = !tree_.lights_by_power().empty();
   const float per_pixel = relative ? 1 / PixelLuminance(sample.x, sample.y) : 0;
   records->clear();
   Rgb incident, learned;  // as the estimate has it, and as the tree learns it
@@ -64,6 +65,10 @@ void SdTreeGuide<kProduct>::Record(std::span<const PathVertex> vertices, const P
     const Rgb rest = vertex.weight * incident;
     if (learn_nee && vertex.smooth)
       sums.Record(NeeRecord{Luminance(vertex.direct), Luminance(rest), static_cast<uint32_t>(vertices.size() - i), vertex.leaf});
+    if (learn_lights && vertex.smooth && !IsBlack(vertex.direct)) {
+      const float probability = static_cast<float>(tree_.Lights(vertex.leaf)[vertex.light_group]) * 0x1p-16f * tree_.leaf(vertex.leaf).nee_probability;
+      sums.Record(LightRecord{Luminance(vertex.direct), probability, vertex.leaf, vertex.light_group});
+    }
     const Rgb leaving = vertex.direct + rest;
     incident = vertex.emitted * vertex.emission_weight + leaving;
     learned = vertex.emitted * LearnedEmission(learn_, vertex.emission_weight) + leaving;

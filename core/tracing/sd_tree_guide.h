@@ -23,6 +23,7 @@ class SdTreeGuide {
   struct Local {
     float bsdf_fraction = 1, nee_probability = 1;
     uint32_t leaf = 0;
+    LightGroupWeights lights{};
     std::conditional_t<kProduct, std::optional<ProductDistribution>, std::monostate> product{};
   };
   using Scratch = std::vector<SdTreeRecord>;
@@ -36,6 +37,7 @@ class SdTreeGuide {
     const SdTreeLeaf& leaf = tree_.leaf(local.leaf);
     if (leaf.learned) local.bsdf_fraction = leaf.bsdf_fraction;
     local.nee_probability = leaf.nee_probability;
+    local.lights = tree_.Lights(local.leaf);
     if constexpr (kProduct) {
       if (leaf.learned) {
         local.product.emplace(tree_.Tree(local.leaf), MakeProductLobes(si, bsdf, wo));

@@ -64,11 +64,13 @@ TEST(JobSpec, DamageIsRefused) {
 TEST(Survey, RoundTripAndDamage) {
   Survey survey = test::SyntheticSurvey();
   survey.SetLeftOut({"a.pbrt:1:2: one", "a.pbrt:3:4: two"});
+  survey.light_groups = {0.75f, 0.25f};
   const Survey back = Survey::Parse(survey.Serialize());
   EXPECT_EQ(back.bounds, survey.bounds);
   EXPECT_EQ(back.scene_hash, survey.scene_hash);
   EXPECT_EQ(back.scene_spp, survey.scene_spp);
   EXPECT_EQ(back.left_out, survey.left_out);
+  EXPECT_EQ(back.light_groups, survey.light_groups);
   EXPECT_EQ(back.Serialize(), survey.Serialize());
   ExpectDamageRefused(survey.Serialize(), [](std::string_view bytes) { Survey::Parse(bytes); });
 }
