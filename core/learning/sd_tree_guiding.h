@@ -48,7 +48,7 @@ class SdTreeMethod final : public Method {
     SdTreeOptions tree;
     NeeMode nee = NeeMode::kAlways;
     Learn learn = Learn::kWeighted;
-    bool learn_lights = false;  // which lights to sample, per leaf; else by power
+    bool learn_lights = true;  // which lights to sample, per leaf; else by power
     bool product = false;  // guide by tree times BSDF
     Roulette roulette = Roulette::kContribution;
     Combination combination;

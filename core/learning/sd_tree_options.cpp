@@ -14,12 +14,14 @@ SdTreeMethod::Options Preset(const MethodOptions& given) {
     case Name::k2017:
       options.tree = SdTreeOptions::Paper2017();
       options.nee = NeeMode::kNever;
+      options.learn_lights = false;
       options.roulette = Roulette::kThroughput;
       options.combination.kind = Kind::kAutomatic;
       break;
     case Name::k2019:
       options.tree = SdTreeOptions::Paper2019();
       options.nee = NeeMode::kKickstart;
+      options.learn_lights = false;
       options.roulette = Roulette::kThroughput;
       break;
     case Name::kDefault:
@@ -54,7 +56,7 @@ MethodEntry SdTreeMethod::Entry() {
                "kickstart. Recommended: "
                "always, unless no light can be seen from where most paths go"},
               {"lights", "power | learned", preset,
-               "which lights are sampled: by power; or by what arrives from them, in up to 32 groups, learned per leaf. Default and papers power"},
+               "which lights are sampled: by power; or by what arrives from them, in up to 32 groups, learned per leaf. Default learned (recommended), papers power"},
               {"target", "radiance | simple | full | switching", preset,
                "what the trees are proportional to: incident radiance; the root of the second moment of what a vertex "
                "reflects (Rath et al. 2020); the same relative to the pixel; simple first and full from the fifth iteration "

@@ -18,13 +18,9 @@ LightGroups::LightGroups(std::span<const Light> lights) : group_(lights.size(), 
     (place == Place::kSpatial ? spatial : place == Place::kDistant ? distant : environments).push_back(i);
   }
   // 2. Group, in order of the kinds.
-  const auto add = [&](std::span<const uint32_t> members) {
-    first_member_.push_back(static_cast<uint32_t>(members_.size()));
-    members_.insert(members_.end(), members.begin(), members.end());
-  };
-  if (!environments.empty()) add(environments);
+  if (!environments.empty()) Add(environments);
   const auto alone = std::min<size_t>(distant.size(), kMaxDistantGroups);
-  for (size_t i = 0; i < alone; ++i) add(std::span(distant).subspan(i, i + 1 < alone ? 1 : distant.size() - i));
+  for (size_t i = 0; i < alone; ++i) Add(std::span(distant).subspan(i, i + 1 < alone ? 1 : distant.size() - i));
   if (!spatial.empty()) Split(lights, spatial, kMaxLightGroups - static_cast<uint32_t>(first_member_.size()));
   LODESTAR_CHECK(!first_member_.empty() && first_member_.size() <= kMaxLightGroups);
   first_member_.push_back(static_cast<uint32_t>(members_.size()));
@@ -43,12 +39,13 @@ LightGroups::LightGroups(std::span<const Light> lights) : group_(lights.size(), 
   }
 }
 
+void LightGroups::Add(std::span<const uint32_t> members) {
+  first_member_.push_back(static_cast<uint32_t>(members_.size()));
+  members_.insert(members_.end(), members.begin(), members.end());
+}
+
 void LightGroups::Split(std::span<const Light> lights, std::span<uint32_t> members, uint32_t budget) {
-  if (budget == 1 || members.size() == 1) {
-    first_member_.push_back(static_cast<uint32_t>(members_.size()));
-    members_.insert(members_.end(), members.begin(), members.end());
-    return;
-  }
+  if (budget == 1 || members.size() == 1) return Add(members);
   Bounds3 bounds;
   double power = 0;
   for (const uint32_t m : members) {

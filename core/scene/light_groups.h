@@ -30,7 +30,7 @@ class LightGroups {
   explicit LightGroups(std::span<const Light> lights);
 
   uint8_t group(size_t light) const { return group_[light]; }
-  uint8_t environments() const { return environments_; }  // their group
+  static constexpr uint8_t kEnvironments = 0;  // their group, where there are any
   // Probability of picking a light of each group by power; all positive.
   const std::vector<float>& shares() const { return shares_; }
   size_t memory_bytes() const;
@@ -45,13 +45,13 @@ class LightGroups {
   float Ratio(LightGroupWeights weights, uint8_t group) const { return static_cast<float>(weights[group]) * per_share_[group]; }
 
  private:
+  void Add(std::span<const uint32_t> members);  // as a group
   void Split(std::span<const Light> lights, std::span<uint32_t> members, uint32_t budget);
 
   std::vector<uint8_t> group_;
   std::vector<float> shares_, per_share_;        // 2^-16 / share
   std::vector<uint32_t> members_, first_member_;  // lights by group
   std::vector<AliasTable> tables_;
-  uint8_t environments_ = 0;
 };
 
 }  // namespace lodestar

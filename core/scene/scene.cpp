@@ -84,7 +84,7 @@ float Scene::LightRatio(LightGroupWeights weights, int32_t light) const {
   return impl_->lights.groups().Ratio(weights, impl_->lights.groups().group(static_cast<size_t>(light)));
 }
 float Scene::EnvironmentRatio(LightGroupWeights weights) const {
-  return impl_->lights.groups().Ratio(weights, impl_->lights.groups().environments());
+  return impl_->lights.groups().Ratio(weights, LightGroups::kEnvironments);
 }
 
 SurfaceInteraction Scene::Interaction(const Ray& ray, const Hit& hit) const {

@@ -13,6 +13,7 @@ class GridGuide {
   static constexpr bool kGuides = true, kRecords = true;
   struct Local {
     float bsdf_fraction = 1, nee_probability = 1;
+    static constexpr LightGroupWeights lights{};
     uint32_t leaf = 0;  // Place::leaf
     GridSampling::Local at;
   };

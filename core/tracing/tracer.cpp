@@ -50,6 +50,8 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
   if (const auto* guided = dynamic_cast<const SdTreeMethod*>(&method)) {
     auto tree_state = std::dynamic_pointer_cast<const SdTreeState>(std::move(state));
     LODESTAR_CHECK(tree_state);
+    const size_t groups = tree_state->tree().lights_by_power().size();
+    LODESTAR_CHECK(groups == 0 || groups == scene->light_groups().size());
     settings.roulette = guided->options().roulette;
     settings.next_event = UsesNee(guided->options().nee, tree_state->tree().iteration()) && scene->has_lights();
     const auto make = [&]<bool kProduct>(std::bool_constant<kProduct>) -> std::unique_ptr<Tracer> {

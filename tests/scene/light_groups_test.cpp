@@ -65,7 +65,7 @@ TEST(LightGroups, AreFewCompleteAndSeparateKinds) {
   }
 }
 
-TEST(LightGroups, DoNotDependOnWhatIsFarFromAnEqualSplit) {
+TEST(LightGroups, AreOfLightsNearEachOther) {
   // Two clusters: no group has lights of both.
   std::vector<LightGroups::Light> lights(200);
   for (size_t i = 0; i < lights.size(); ++i)
@@ -116,8 +116,8 @@ TEST(LightGroups, AWrongShareIsSeen) {
 
 TEST(LightGroups, WeightsOfPowerHaveRatioOne) {
   const LightGroups groups(Lights(100, 2, 1));
-  for (const float share : groups.shares()) {
-    const auto g = static_cast<uint8_t>(&share - groups.shares().data());
+  for (uint8_t g = 0; g < groups.shares().size(); ++g) {
+    const float share = groups.shares()[g];
     std::vector<uint16_t> weights(groups.shares().size(), 1);
     weights[g] = static_cast<uint16_t>(share * 65536);
     EXPECT_NEAR(groups.Ratio(weights, g), 1, 1 / (share * 65536) + 1e-6);

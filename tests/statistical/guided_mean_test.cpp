@@ -23,8 +23,8 @@ Means RenderSeeds(const CompiledJob& compiled, const std::string& method,
   return test::RenderSeeds(compiled, job, kSeeds, first_seed, scale);
 }
 
-// Every comparison of this file: 5 scenes x 3 modes x 2 combinations of filters x 5 regions.
-const double kLevel = test::SidakLevel(0.01, 5 * 4 * kRegions);
+// Every comparison of this file: 6 scenes x 4 variants x 5 regions.
+const double kLevel = test::SidakLevel(0.01, 6 * 4 * kRegions);
 
 class GuidedMeanTest : public testing::TestWithParam<test::SmallScene> {};
 

@@ -1,4 +1,4 @@
-// Five small scenes that between them have every kind of light and of lobe; 24x24 pixels, box filter.
+// Six small scenes that between them have every kind of light and of lobe; 24x24 pixels, box filter.
 #pragma once
 
 #include <string>
@@ -80,6 +80,26 @@ Translate -0.5 -0.7 -0.2
 Material "thindielectric"
 Shape "disk" "float radius" [0.3]
 AttributeEnd
+)")},
+    // Lamps in every corner, a bright one shut in a box, and a sky: which light to sample depends on the place.
+    {"lamps",
+     Room(R"(LightSource "infinite" "rgb L" [0.2 0.25 0.3]
+AttributeBegin
+Material "diffuse" "rgb reflectance" [0 0 0]
+AreaLightSource "diffuse" "rgb L" [6 5 4]
+Shape "trianglemesh" "point3 P" [-0.85 0.98 -0.75  -0.55 0.98 -0.75  -0.55 0.98 -0.45  -0.85 0.98 -0.45] "integer indices" [0 1 2 0 2 3]
+Shape "trianglemesh" "point3 P" [0.55 0.98 -0.75  0.85 0.98 -0.75  0.85 0.98 -0.45  0.55 0.98 -0.45] "integer indices" [0 1 2 0 2 3]
+Shape "trianglemesh" "point3 P" [-0.85 0.98 0.55  -0.55 0.98 0.55  -0.55 0.98 0.85  -0.85 0.98 0.85] "integer indices" [0 1 2 0 2 3]
+AreaLightSource "diffuse" "rgb L" [3 4 6]
+Shape "sphere" "float radius" [0.1]
+AttributeEnd
+AttributeBegin
+AreaLightSource "diffuse" "rgb L" [60 60 60]
+Translate 0.6 -0.6 0.4
+Shape "sphere" "float radius" [0.15]
+AttributeEnd
+Shape "trianglemesh" "point3 P" [0.3 -0.9 0.1  0.9 -0.9 0.1  0.9 -0.9 0.7  0.3 -0.9 0.7  0.3 -0.3 0.1  0.9 -0.3 0.1  0.9 -0.3 0.7  0.3 -0.3 0.7]
+  "integer indices" [0 2 1 0 3 2  4 5 6 4 6 7  3 6 2 3 7 6  0 4 7 0 7 3  1 2 6 1 6 5  0 1 5 0 5 4]
 )")},
 };
 
