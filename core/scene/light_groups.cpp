@@ -45,14 +45,16 @@ void LightGroups::Add(std::span<const uint32_t> members) {
 }
 
 void LightGroups::Split(std::span<const Light> lights, std::span<uint32_t> members, uint32_t budget) {
-  if (budget == 1 || members.size() == 1) return Add(members);
   Bounds3 bounds;
   double power = 0;
+  float extent = 0;
   for (const uint32_t m : members) {
     bounds.Extend(lights[m].middle);
     power += lights[m].probability;
+    extent = std::max(extent, lights[m].extent);
   }
   const Vec3 diagonal = bounds.Diagonal();
+  if (budget == 1 || members.size() == 1 || Length(diagonal) < extent) return Add(members);
   const int axis = diagonal.x >= diagonal.y && diagonal.x >= diagonal.z ? 0 : diagonal.y >= diagonal.z ? 1 : 2;
   std::sort(members.begin(), members.end(), [&](uint32_t a, uint32_t b) {
     const float at = lights[a].middle[axis], bt = lights[b].middle[axis];

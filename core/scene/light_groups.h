@@ -1,7 +1,8 @@
 // Groups of lights whose share of the light samples can be learned. Lights near each other are mostly seen from the same places, so a few groups hold
 // most of what a place can learn about visibility, whatever the number of lights; within a group power decides.
 //
-// The groups depend on the scene alone: recursive splits at the median of power along the longest axis of the lights' middles. All environments are one
+// The groups depend on the scene alone: recursive splits at the median of power along the longest axis of the lights' middles, down to lights that are
+// closer to each other than their size (the two triangles of a square). All environments are one
 // group (they are sampled as one strategy); distant lights have no place and are one each, the last group taking the rest.
 #pragma once
 
@@ -22,6 +23,7 @@ class LightGroups {
   struct Light {
     enum class Place : uint8_t { kSpatial, kDistant, kEnvironment } place = Place::kSpatial;
     Vec3 middle;             // of spatial ones
+    float extent = 0;        // their size
     double probability = 0;  // of picking it by power; 0: it is never picked and belongs to group 0
   };
 

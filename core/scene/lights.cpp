@@ -147,7 +147,7 @@ void LightTable::Finish(const Bounds3& bounds) {
   for (const Light& l : lights_) {
     const LightTriangle& t = l.triangle;
     placed.push_back({l.kind == Kind::kEnvironment ? Place::kEnvironment : l.kind == Kind::kDistant ? Place::kDistant : Place::kSpatial,
-                      l.kind == Kind::kTriangle ? t.p0 + (t.e1 + t.e2) / 3 : t.p0, l.pick});
+                      l.kind == Kind::kTriangle ? t.p0 + (t.e1 + t.e2) / 3 : t.p0, l.extent, l.pick});
   }
   groups_ = LightGroups(placed);
 }

@@ -69,7 +69,7 @@ TEST(LightGroups, AreOfLightsNearEachOther) {
   // Two clusters: no group has lights of both.
   std::vector<LightGroups::Light> lights(200);
   for (size_t i = 0; i < lights.size(); ++i)
-    lights[i] = {Place::kSpatial, {i % 2 ? 100.0f : 0.0f, 0.01f * static_cast<float>(i), 0}, 1.0 / 200};
+    lights[i] = {Place::kSpatial, {i % 2 ? 100.0f : 0.0f, 0.01f * static_cast<float>(i), 0}, 0, 1.0 / 200};
   const LightGroups groups(lights), again(lights);
   std::vector<int> cluster(groups.shares().size(), -1);
   for (size_t i = 0; i < lights.size(); ++i) {
@@ -114,6 +114,15 @@ TEST(LightGroups, AWrongShareIsSeen) {
   EXPECT_FALSE(Frequencies(1.15).accepted);
 }
 
+TEST(LightGroups, LightsCloserThanTheirSizeStayTogether) {
+  // A square of two triangles, and a strip of many.
+  for (const auto& [count, expected] : {std::pair{2, 1}, {16, 8}}) {
+    std::vector<LightGroups::Light> lights(static_cast<size_t>(count));
+    for (size_t i = 0; i < lights.size(); ++i) lights[i] = {Place::kSpatial, {0.5f * static_cast<float>(i), 0, 0}, 0.9f, 1.0 / count};
+    EXPECT_EQ(LightGroups(lights).shares().size(), static_cast<size_t>(expected));
+  }
+}
+
 TEST(LightGroups, WeightsOfPowerHaveRatioOne) {
   const LightGroups groups(Lights(100, 2, 1));
   for (uint8_t g = 0; g < groups.shares().size(); ++g) {
@@ -137,7 +146,7 @@ std::shared_ptr<const Scene> MixedScene() {
 TEST(LightGroups, SamplesHaveTheDensityThatIsAskedForAfterwards) {
   const auto scene = MixedScene();
   const auto weights = SomeWeights(scene->light_groups().size());
-  ASSERT_EQ(weights.size(), 5u);  // the lamp's two triangles are lights of their own
+  ASSERT_EQ(weights.size(), 4u);  // the lamp's two triangles are one
   Random random(9);
   std::vector<int> seen(weights.size());
   for (int i = 0; i < 5000; ++i) {
