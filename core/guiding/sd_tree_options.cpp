@@ -18,6 +18,8 @@ SdTreeOptions SdTreeOptions::Paper2017() {
   options.directional_filter = DirectionalFilter::kNearest;
   options.bsdf_fraction_loss = BsdfFractionLoss::kNone;
   options.min_records = 1;
+  options.target = Target::kRadiance;
+  options.reconstruction = Reconstruction::kNone;
   return options;
 }
 
@@ -28,6 +30,8 @@ SdTreeOptions SdTreeOptions::Paper2019() {
   options.directional_filter = DirectionalFilter::kBox;
   options.bsdf_fraction_loss = BsdfFractionLoss::kKl;
   options.min_records = 1;
+  options.target = Target::kRadiance;
+  options.reconstruction = Reconstruction::kNone;
   return options;
 }
 

@@ -60,7 +60,7 @@ Loop::Loop(const JobSpec& job, const Survey& survey, const MethodFactory& make_m
   job_.budget.Check();
   method_ = make_method(job_, survey_);
   state_ = method_->Initial();
-  final_iteration_ = EndsTraining(0);
+  final_iteration_ = EndsTraining(0) || method_->Decided(*state_);
   error_ = kUnknown;
   BeginIteration();
 }
@@ -235,9 +235,16 @@ double Loop::PredictedVariance() const {
 void Loop::Advance(const Clock& clock) {
   const Clock::Duration start = clock.Now();
   const Image image = Develop();
-  state_ = method_->Advance(state_, {learned_.get(), iteration_, iteration_passes_, &image});
+  state_ = method_->Advance(state_, {.statistics = learned_.get(),
+                                     .iteration = iteration_,
+                                     .passes = iteration_passes_,
+                                     .image = &image,
+                                     .film = &films_.back().film,
+                                     .rays = report_.rays - rays_before_,
+                                     .vertices = report_.vertices - vertices_before_,
+                                     .last = next_is_final_});
   ++iteration_;
-  final_iteration_ = next_is_final_;
+  final_iteration_ = next_is_final_ || method_->Decided(*state_);
   BeginIteration();
   last_advance_seconds_ = Seconds(clock.Now() - start);
   seconds_ += last_advance_seconds_;
@@ -252,6 +259,8 @@ void Loop::BeginIteration() {
   round_ = 0;
   iteration_passes_ = 0;
   iteration_seconds_ = 0;
+  rays_before_ = report_.rays;
+  vertices_before_ = report_.vertices;
   iteration_complete_ = next_is_final_ = false;
 }
 
@@ -310,6 +319,7 @@ JobReport Loop::Report() const {
   report.training_iterations = static_cast<int>(iteration_) + (final_iteration_ ? 0 : 1);
   report.seconds = seconds_;
   report.seconds_learning = seconds_learning_;
+  report.choice = method_->Explain(*state_);
   return report;
 }
 

@@ -60,6 +60,7 @@ struct JobReport {
   double seconds = 0, seconds_learning = 0;
   uint64_t rays = 0, paths = 0, vertices = 0;
   std::string stop_reason;  // "spp", "time", "error", "stopped"
+  std::string choice;       // what the method chose and left out (Method::Explain)
   // Where the run ended (FinalReport; empty before): SHA-256 of the state's bytes, and of the image's floats
   // (ImageHash).
   ContentHash state_hash, image_hash;
@@ -136,6 +137,7 @@ class Loop {
   std::unique_ptr<Statistics> learned_;  // of the current iteration, rounds merged
   uint32_t iteration_ = 0, round_ = 0;
   uint64_t iteration_passes_ = 0, passes_ = 0;
+  uint64_t rays_before_ = 0, vertices_before_ = 0;  // this iteration
   bool final_iteration_ = false;
   bool iteration_complete_ = false;  // the advance comes next, and next_is_final_ is decided
   bool next_is_final_ = false, finished_ = false;

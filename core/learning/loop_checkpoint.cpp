@@ -7,7 +7,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = DocumentMagic("LDCP"), kVersion = 2;
+constexpr uint32_t kMagic = DocumentMagic("LDCP"), kVersion = 3;
 constexpr const char* kWhat = "checkpoint";
 
 void WritePoint(ByteWriter& out, const ErrorPoint& point) {
@@ -89,6 +89,8 @@ class LoopCheckpoint {
     out.Put(loop.round_);
     out.Put(loop.iteration_passes_);
     out.Put(loop.passes_);
+    out.Put(loop.rays_before_);
+    out.Put(loop.vertices_before_);
     for (const bool flag : {loop.final_iteration_, loop.iteration_complete_, loop.next_is_final_, loop.finished_})
       out.Put<uint8_t>(flag ? 1 : 0);
     for (const double value : {loop.seconds_, loop.seconds_learning_, loop.iteration_seconds_,
@@ -102,6 +104,8 @@ class LoopCheckpoint {
     loop->round_ = in.Get<uint32_t>();
     loop->iteration_passes_ = in.Get<uint64_t>();
     loop->passes_ = in.Get<uint64_t>();
+    loop->rays_before_ = in.Get<uint64_t>();
+    loop->vertices_before_ = in.Get<uint64_t>();
     for (bool* flag : {&loop->final_iteration_, &loop->iteration_complete_, &loop->next_is_final_, &loop->finished_})
       *flag = ReadFlag(in);
     for (double* value : {&loop->seconds_, &loop->seconds_learning_, &loop->iteration_seconds_,

@@ -1,6 +1,7 @@
 #include "core/learning/method.h"
 
 #include "core/base/error.h"
+#include "core/learning/auto_method.h"
 #include "core/learning/focal_guiding.h"
 #include "core/learning/grid_guiding.h"
 #include "core/learning/path_tracing.h"
@@ -22,6 +23,10 @@ const std::vector<Registered>& Registry() {
       {SdTreeMethod::Entry(),
        [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
          return std::make_unique<SdTreeMethod>(job, survey);
+       }},
+      {AutoMethod::Entry(),
+       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
+         return std::make_unique<AutoMethod>(job, survey);
        }},
       {FocalMethod::Entry(),
        [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {

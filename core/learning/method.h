@@ -53,6 +53,9 @@ struct IterationResult {
   uint32_t iteration = 0;
   uint64_t passes = 0;            // of this iteration
   const Image* image = nullptr;  // the job's image so far; null where there is none
+  const Film* film = nullptr;    // this iteration's alone
+  uint64_t rays = 0, vertices = 0;  // of this iteration
+  bool last = false;  // training ends here: the state to come renders the rest of the job
 };
 
 struct OptionHelp {
@@ -73,6 +76,11 @@ class Method {
                                                const IterationResult& result) const = 0;
   // Passes of iteration k if the job goes on for ever; 0: unbounded (a method that learns nothing, or has stopped).
   virtual uint64_t IterationPasses(uint32_t iteration) const = 0;
+
+  // True where a state has nothing more to learn: the iteration under it is the last.
+  virtual bool Decided(const State& state) const { return false; }
+  // For the report: what the method chose and left out, and why; empty where there was no choice.
+  virtual std::string Explain(const State& state) const { return {}; }
 
   struct Combination {
     enum class Kind { kDiscard, kAutomatic, kInverseVariance } kind = Kind::kInverseVariance;

@@ -120,6 +120,7 @@ Json ReportToJson(const JobReport& report) {
                     {"paths", report.paths},
                     {"vertices", report.vertices},
                     {"rays_per_second", report.seconds > 0 ? static_cast<double>(report.rays) / report.seconds : 0.0}};
+  if (!report.choice.empty()) json["result"]["choice"] = report.choice;
   if (!report.state_hash.empty()) json["result"]["state_sha256"] = report.state_hash.hex;
   if (!report.image_hash.empty()) json["result"]["image_sha256"] = report.image_hash.hex;
   json["health"] = HealthToJson(report.health);

@@ -46,11 +46,11 @@ class SdTreeMethod final : public Method {
   enum class Learn : uint8_t { kAll, kWeighted, kIndirect };
   struct Options {
     SdTreeOptions tree;
-    NeeMode nee = NeeMode::kAlways;
+    NeeMode nee = NeeMode::kLearned;
     Learn learn = Learn::kWeighted;
     bool learn_lights = true;  // which lights to sample, per leaf; else by power
     bool product = false;  // guide by tree times BSDF
-    Roulette roulette = Roulette::kContribution;
+    Roulette roulette = Roulette::kPixel;
     Combination combination;
     int training = -1;  // iterations; -1: decided by the budget
   };

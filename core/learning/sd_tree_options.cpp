@@ -52,18 +52,17 @@ MethodEntry SdTreeMethod::Entry() {
                "starting values of the other options: ours (recommended), or those of the papers, for comparisons"},
               {"nee", "never | kickstart | always | learned", preset,
                "next event estimation; kickstart: in the first three iterations only; learned: at the share of the vertices "
-               "that lowers variance times cost most, found per leaf. Default always; 2017 never, 2019 "
-               "kickstart. Recommended: "
-               "always, unless no light can be seen from where most paths go"},
+               "that lowers variance times cost most, found per leaf. Default learned (recommended); 2017 never, 2019 "
+               "kickstart"},
               {"lights", "power | learned", preset,
                "which lights are sampled: by power; or by what arrives from them, in up to 32 groups, learned per leaf. Default learned (recommended), papers power"},
               {"target", "radiance | simple | full | switching", preset,
                "what the trees are proportional to: incident radiance; the root of the second moment of what a vertex "
                "reflects (Rath et al. 2020); the same relative to the pixel; simple first and full from the fifth iteration "
-               "on (Nilsson 2023). Default and papers radiance"},
+               "on (Nilsson 2023). Default switching (recommended); papers, and with a product, radiance"},
               {"reconstruction", "none | dense | native", preset,
                "smoothing of the trees: as the 2023 document does, on matrices; or on the trees, with a strength found by "
-               "cross-validation. Default and papers none"},
+               "cross-validation. Default native (recommended); papers none"},
               {"dense-sigma", "a number from 0.1 to 3", preset,
                "width of dense reconstruction's Gaussian, in cells of a layer. Default 0.5"},
               {"product", "on | off", preset,
@@ -75,7 +74,7 @@ MethodEntry SdTreeMethod::Entry() {
               {"roulette", "throughput | contribution | pixel", preset,
                "what decides on a path's survival: its throughput, as without guiding; what the tree expects it to add, "
                "against what its first vertex expects; the same against the pixel's estimate (Vorba and Krivanek 2016). "
-               "Default contribution (recommended); 2017 and 2019 throughput"},
+               "Default pixel (recommended); 2017 and 2019 throughput"},
               {"combine", "discard | automatic | inverse-variance", preset,
                "how iterations become the image: the longest alone; the same, and training stops once the predicted "
                "final variance stops falling; the "
@@ -91,8 +90,7 @@ MethodEntry SdTreeMethod::Entry() {
                "(recommended), 2017 0.5; "
                "learned-variance is optimal in theory and suffers from outliers"},
               {"spatial-threshold", "a number from 1 to 1e12", preset,
-               "c: a spatial leaf splits above c * sqrt(passes / 4) records. Default and 2019 4000, 2017 12000; less "
-               "for long renders of intricate light"},
+               "c: a spatial leaf splits above c * sqrt(passes / 4) records. Default 700, 2019 4000, 2017 12000"},
               {"flux-threshold", "a number from 1e-5 to 1", preset,
                "a directional cell splits above this share of its tree's flux. Default and papers 0.01"},
               {"max-depth", "an integer from 1 to 20", preset, "levels of a directional tree. Default and papers 20"},
@@ -133,6 +131,7 @@ SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
   }
   if (given.Has("dense-sigma")) tree.dense_sigma = static_cast<float>(given.Number("dense-sigma", 0.1, 3));
   if (given.Has("product")) options_.product = given.Choice<bool>("product", {{"on", true}, {"off", false}});
+  if (options_.product && !given.Has("target")) tree.target = Tree::Target::kRadiance;
   if (options_.product && tree.target != Tree::Target::kRadiance) {
     throw Error(ErrorKind::kInvalidInput,
                 "option 'product' of method 'sdtree' needs target=radiance: the other targets contain the BSDF already, "

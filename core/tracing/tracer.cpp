@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/learning/auto_method.h"
 #include "core/learning/focal_guiding.h"
 #include "core/learning/grid_guiding.h"
 #include "core/learning/path_tracing.h"
@@ -41,6 +42,8 @@ CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job) 
 }
 
 std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method, std::shared_ptr<const State> state) {
+  if (const auto* race = dynamic_cast<const AutoMethod*>(&method))
+    return PrepareTracer(std::move(scene), job, race->ActiveMethod(*state), race->ActiveState(*state));
   PathSettings settings;
   settings.max_depth = scene->max_depth();
   if (const auto* path = dynamic_cast<const PathMethod*>(&method)) {

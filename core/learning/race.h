@@ -1,0 +1,35 @@
+// A race of methods for one image: which of them lowers the error most for its cost, from pilot iterations of each.
+//
+// Efficiency = 1 / (relative variance of a pixel sample * cost of a pass), with an interval from the spread between blocks of the image. It is compared
+// between films of the same number of passes where there are such: an estimate from few passes misses rare bright samples, for all alike.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/film/film.h"
+
+namespace lodestar {
+
+struct PilotResult {
+  uint32_t candidate = 0;
+  uint64_t passes = 0;
+  double work = 0;                // of a pass, any unit common to the candidates
+  std::vector<double> variances;  // relative variance of a sample, mean of each block; all films of a race have the same blocks
+
+  double Efficiency() const;  // 0 where nothing is known, infinity for a noiseless film
+  void Write(ByteWriter& out) const;
+  static PilotResult Read(ByteReader& in);
+};
+
+// From the film of an iteration. At least two passes; `work` is the whole iteration's.
+PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work);
+
+// How much more efficient a is than b, with the bounds of a 95 % interval on the ratio from jackknifing the blocks.
+struct EfficiencyRatio {
+  double value = 1, low = 0, high = 0;
+};
+EfficiencyRatio CompareEfficiency(const PilotResult& a, const PilotResult& b);
+
+}  // namespace lodestar
