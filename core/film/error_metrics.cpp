@@ -108,24 +108,13 @@ ErrorMetrics Compare(const Image& image, const Image& reference) {
   return metrics;
 }
 
-std::vector<double> RelativeVariances(const Image& image, bool trim) {
+EstimatedError EstimateError(const Image& image) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  if (image.pixels.empty() || image.variance.size() != image.pixels.size()) return {kUnknown, kUnknown};
   const std::vector<double> luminance = SmoothedLuminance(image);
   std::vector<double> relative(image.pixels.size());
   for (size_t i = 0; i < relative.size(); ++i)
     relative[i] = image.variance[i] / (luminance[i] * luminance[i] + kRelMseEpsilon);
-  const auto cut = static_cast<size_t>(static_cast<double>(relative.size()) * kTrimmedFraction);
-  if (!trim || cut == 0) return relative;
-  const std::vector<bool> worst = Worst(relative, cut);
-  for (size_t i = 0; i < relative.size(); ++i) {
-    if (worst[i]) relative[i] = std::numeric_limits<double>::quiet_NaN();
-  }
-  return relative;
-}
-
-EstimatedError EstimateError(const Image& image) {
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  if (image.pixels.empty() || image.variance.size() != image.pixels.size()) return {kUnknown, kUnknown};
-  const std::vector<double> relative = RelativeVariances(image, false);
   return {Mean(relative), TrimmedMean(relative)};
 }
 

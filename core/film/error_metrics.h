@@ -23,8 +23,6 @@ struct EstimatedError {
   double relmse = 0, relmse_trimmed = 0;
 };
 EstimatedError EstimateError(const Image& image);
-// The pixels' relative variances that EstimateError takes the mean of; the worst 0.1 %, which trimming leaves out, are NaN where `trim`.
-std::vector<double> RelativeVariances(const Image& image, bool trim);
 // Relative luminance error per pixel, (lum x - lum r) / (lum r + eps); for the false-colour map of Lukac 2011.
 std::vector<float> RelativeLuminanceError(const Image& image, const Image& reference);
 // A perceptual diverging colour map for that error, +-limit at the ends (blue below, orange above, nearly white at 0,

@@ -30,12 +30,14 @@ const AutoState::Parts& PartsOf(const State& state) {
 Bytes AutoState::Serialize() const {
   ByteWriter out = OpenDocument(kMagic, kVersion);
   out.Put(parts_.active);
+  out.Put<uint8_t>(parts_.settled);
   out.Put<uint8_t>(parts_.decided);
   out.Put(static_cast<uint32_t>(parts_.states.size()));
   for (const auto& state : parts_.states) {
     out.Put<uint8_t>(state != nullptr);
     if (state) out.PutString(state->Serialize());
   }
+  out.PutVector(parts_.work);
   out.Put(static_cast<uint32_t>(parts_.results.size()));
   for (const PilotResult& result : parts_.results) result.Write(out);
   return Seal(std::move(out));
@@ -58,11 +60,11 @@ AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
     const std::string name = text.substr(begin + 1, end - begin - 1);
     const bool repeated = std::any_of(candidates_.begin(), candidates_.end(), [&](const Candidate& c) { return c.method->name() == name; });
     if (repeated) given.Refuse("candidates");
-    // Both pilots end in eight passes, so that they are measured alike; a tree needs the seven before to be one.
+    // Both pilots end in sixteen passes, so that they are measured alike; a tree needs the fifteen before to be one.
     if (name == "path") {
-      candidates_.push_back({std::make_unique<PathMethod>(own), kPathVertexWork, {8}});
+      candidates_.push_back({std::make_unique<PathMethod>(own), kPathVertexWork, {16}});
     } else if (name == "sdtree") {
-      candidates_.push_back({std::make_unique<SdTreeMethod>(own, survey), kSdTreeVertexWork, {1, 2, 4, 8}});
+      candidates_.push_back({std::make_unique<SdTreeMethod>(own, survey), kSdTreeVertexWork, {1, 2, 4, 8, 16}});
     } else {
       given.Refuse("candidates");
     }
@@ -78,7 +80,7 @@ uint32_t AutoMethod::PilotIterations() const {
 AutoMethod::Turn AutoMethod::TurnOf(uint32_t iteration) const {
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
     const auto length = static_cast<uint32_t>(candidates_[c].pilot.size());
-    if (iteration < length) return {c, iteration, iteration + 1 == length};
+    if (iteration < length) return {c, iteration, iteration + 2 >= length};
     iteration -= length;
   }
   LODESTAR_CHECK(false);
@@ -87,7 +89,7 @@ AutoMethod::Turn AutoMethod::TurnOf(uint32_t iteration) const {
 // After the pilot the winner's iterations go on doubling.
 uint64_t AutoMethod::IterationPasses(uint32_t iteration) const {
   const uint32_t pilot = PilotIterations();
-  if (iteration >= pilot) return uint64_t{16} << std::min(iteration - pilot, 28u);
+  if (iteration >= pilot) return uint64_t{32} << std::min(iteration - pilot, 27u);
   const Turn turn = TurnOf(iteration);
   return candidates_[turn.candidate].pilot[turn.iteration];
 }
@@ -116,41 +118,84 @@ std::unique_ptr<Statistics> AutoMethod::ParseStatistics(const std::shared_ptr<co
   return ActiveMethod(*state).ParseStatistics(ActiveState(*state), bytes);
 }
 
+namespace {
+
+// How much better a candidate's next film may be than its last: as much as that was than the one before, within reason.
+constexpr double kMostGrowth = 1.5;
+
+double Promise(const std::vector<PilotResult>& results, uint32_t candidate) {
+  const PilotResult *last = nullptr, *before = nullptr;
+  for (const PilotResult& result : results) {
+    if (result.candidate != candidate) continue;
+    before = last;
+    last = &result;
+  }
+  return before == nullptr ? 1 : std::clamp(CompareEfficiency(*last, *before).value, 1.0, kMostGrowth);
+}
+
+const PilotResult* LastOf(const std::vector<PilotResult>& results, uint32_t candidate) {
+  const PilotResult* last = nullptr;
+  for (const PilotResult& result : results) {
+    if (result.candidate == candidate) last = &result;
+  }
+  return last;
+}
+
+}  // namespace
+
 uint32_t AutoMethod::Winner(const std::vector<PilotResult>& results) const {
   uint32_t best = 0;
-  const PilotResult* best_result = nullptr;
-  for (const PilotResult& result : results) {
+  for (uint32_t c = 0; c < candidates_.size(); ++c) {
+    const PilotResult *result = LastOf(results, c), *leader = LastOf(results, best);
+    if (result == nullptr) continue;
     // Of equals the first, which is the simplest.
-    if (best_result == nullptr || CompareEfficiency(result, *best_result).value > 1) {
-      best = result.candidate;
-      best_result = &result;
-    }
+    if (leader == nullptr || CompareEfficiency(*result, *leader).value * Promise(results, c) > Promise(results, best)) best = c;
   }
   return best;
 }
 
+void AutoMethod::Decide(AutoState::Parts* parts) const {
+  parts->active = Winner(parts->results);
+  const PilotResult* own = LastOf(parts->results, parts->active);
+  parts->settled = true;
+  for (uint32_t c = 0; c < candidates_.size(); ++c) {
+    const PilotResult* other = LastOf(parts->results, c);
+    if (c != parts->active && own != nullptr && other != nullptr && CompareEfficiency(*own, *other).value < 1) parts->settled = false;
+  }
+  for (uint32_t c = 0; parts->settled && c < candidates_.size(); ++c) {
+    if (c != parts->active) parts->states[c] = nullptr;
+  }
+}
+
+std::vector<PilotResult> AutoMethod::Measure(const IterationResult& result, const AutoState::Parts& parts) const {
+  const PixelEstimate pixels = EstimatePixels(*result.image);
+  std::vector<PilotResult> results;
+  for (const IterationFilm& film : result.films) {
+    const Turn turn = film.iteration < PilotIterations() ? TurnOf(film.iteration) : Turn{parts.active, 0, true};
+    if (turn.measured && film.film.passes() >= 2)
+      results.push_back(MeasurePilot(turn.candidate, film.film, parts.work[film.iteration], pixels));
+  }
+  return results;
+}
+
 std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const State>& state, const IterationResult& result) const {
   AutoState::Parts parts = PartsOf(*state);
-  const uint32_t pilot = PilotIterations();
+  const uint32_t pilot = PilotIterations(), next = result.iteration + 1;
   const Candidate& active = candidates_[parts.active];
-  if (parts.states[parts.active]) parts.states[parts.active] = active.method->Advance(parts.states[parts.active], result);
-  if (result.iteration < pilot) {
-    const Turn turn = TurnOf(result.iteration);
-    if (turn.measured) {
-      const double work = static_cast<double>(result.rays) + active.vertex_work * static_cast<double>(result.vertices);
-      parts.results.push_back(MeasurePilot(turn.candidate, *result.film, work));
-    }
-  }
-  if (result.iteration + 1 < pilot && !result.last) {
-    parts.active = TurnOf(result.iteration + 1).candidate;
-  } else if (result.iteration + 1 <= pilot) {
-    parts.active = Winner(parts.results);
-    for (uint32_t c = 0; c < candidates_.size(); ++c) {
-      if (c != parts.active) parts.states[c] = nullptr;
+  parts.states[parts.active] = active.method->Advance(parts.states[parts.active], result);
+  if (!parts.settled) {
+    parts.work.push_back(static_cast<double>(result.rays) + active.vertex_work * static_cast<double>(result.vertices));
+    if (next < pilot && !result.last) {
+      parts.active = TurnOf(next).candidate;
+    } else {
+      parts.results = Measure(result, parts);
+      Decide(&parts);
+      if (result.last) parts.settled = true;
     }
   }
   // A method that learns nothing has nothing to train for.
-  parts.decided = result.iteration + 1 >= pilot && candidates_[parts.active].method->IterationPasses(result.iteration + 1) == 0;
+  parts.decided = next >= pilot && candidates_[parts.active].method->IterationPasses(next) == 0;
+  if (parts.decided) parts.settled = true;
   return std::make_shared<AutoState>(std::move(parts));
 }
 
@@ -163,14 +208,15 @@ std::string AutoMethod::Explain(const State& state) const {
   const std::string chosen(candidates_[parts.active].method->name());
   if (parts.results.empty()) return chosen + ": the budget ended before anything could be measured";
   std::string text = chosen;
-  const auto own = std::find_if(parts.results.begin(), parts.results.end(), [&](const PilotResult& r) { return r.candidate == parts.active; });
-  for (const PilotResult& other : parts.results) {
-    if (other.candidate == parts.active || own == parts.results.end()) continue;
-    const EfficiencyRatio ratio = CompareEfficiency(*own, other);
-    char line[160];
-    std::snprintf(line, sizeof line, "; %s left out: in %llu passes %s was %.2f times as efficient (95 %%: %.2f to %.2f)",
-                  std::string(candidates_[other.candidate].method->name()).c_str(), static_cast<unsigned long long>(other.passes), chosen.c_str(),
-                  ratio.value, ratio.low, ratio.high);
+  const PilotResult* own = LastOf(parts.results, parts.active);
+  for (uint32_t c = 0; c < candidates_.size(); ++c) {
+    const PilotResult* other = LastOf(parts.results, c);
+    if (c == parts.active || own == nullptr || other == nullptr) continue;
+    const EfficiencyRatio ratio = CompareEfficiency(*own, *other);
+    char line[200];
+    std::snprintf(line, sizeof line, "; %s left out: %s was %.2f times as efficient (95 %%: %.2f to %.2f; %llu against %llu passes)",
+                  std::string(candidates_[c].method->name()).c_str(), chosen.c_str(), ratio.value, ratio.low, ratio.high,
+                  static_cast<unsigned long long>(own->passes), static_cast<unsigned long long>(other->passes));
     text += line;
   }
   return text;
@@ -180,9 +226,10 @@ std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) cons
   ByteReader in(OpenSealed(bytes, kMagic, kVersion, kWhat), kWhat);
   AutoState::Parts parts;
   parts.active = in.Get<uint32_t>();
-  const auto decided = in.Get<uint8_t>();
+  const auto settled = in.Get<uint8_t>(), decided = in.Get<uint8_t>();
   const auto count = in.Get<uint32_t>();
-  if (count != candidates_.size() || parts.active >= count || decided > 1) in.Fail("has other candidates than its job");
+  if (count != candidates_.size() || parts.active >= count || settled > 1 || decided > 1) in.Fail("has other candidates than its job");
+  parts.settled = settled != 0;
   parts.decided = decided != 0;
   for (const Candidate& candidate : candidates_) {
     const auto present = in.Get<uint8_t>();
@@ -190,8 +237,12 @@ std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) cons
     parts.states.push_back(present ? candidate.method->ParseState(in.GetString()) : nullptr);
   }
   if (!parts.states[parts.active]) in.Fail("has no state of the method it goes on with");
+  parts.work = in.GetVector<double>();
+  for (const double work : parts.work) {
+    if (!(work >= 0)) in.Fail("has work that is no number");
+  }
   const auto results = in.Get<uint32_t>();
-  if (results > count) in.Fail("has more results than candidates");
+  if (results > 64) in.Fail("has more results than a race can have");
   for (uint32_t i = 0; i < results; ++i) {
     parts.results.push_back(PilotResult::Read(in));
     if (parts.results.back().candidate >= count || parts.results.back().variances.size() != parts.results.front().variances.size())

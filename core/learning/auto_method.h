@@ -1,8 +1,9 @@
 // `auto`: measures which method renders this image most efficiently, and leaves the others out (docs/decisions/0012-auto.md).
 //
 // The candidates are other methods, each with a state and a learning half of its own. In the pilot each renders a few iterations of the job's image; what
-// they render enters the image by inverse variance. Then the most efficient goes on, training further if it wants to. Costs are counted in rays and
-// vertices, never in seconds, so the choice is the same on any machine, with any number of workers.
+// they render enters the image by inverse variance. Then the most promising goes on, training further if it wants to. A method that learns is judged by
+// its last film and by how much better that was than the one before; one that leads by that promise alone is on probation and is measured again after
+// every iteration. Costs are counted in rays and vertices, never in seconds, so the choice is the same on any machine, with any number of workers.
 #pragma once
 
 #include <memory>
@@ -18,9 +19,11 @@ class AutoState final : public State {
  public:
   struct Parts {
     uint32_t active = 0;  // the candidate that renders under this state
-    bool decided = false;
+    bool settled = false;  // the race is over
+    bool decided = false;  // and there is nothing more to learn
     std::vector<std::shared_ptr<const State>> states;  // by candidate; null: dropped
-    std::vector<PilotResult> results;
+    std::vector<double> work;          // of the iterations so far, in rays; until the race is over
+    std::vector<PilotResult> results;  // in the order they were rendered; once the pilot is over
   };
   explicit AutoState(Parts parts) : parts_(std::move(parts)) {}
   const Parts& parts() const { return parts_; }
@@ -55,15 +58,18 @@ class AutoMethod final : public Method {
   struct Candidate {
     std::unique_ptr<Method> method;
     double vertex_work;               // of shading a vertex, in rays
-    std::vector<uint64_t> pilot;      // passes of its pilot iterations; the last is the one that is measured
+    std::vector<uint64_t> pilot;      // passes of its pilot iterations; the last two are measured
   };
   // The candidate and its own iteration that iteration k of the pilot belongs to.
   struct Turn {
     uint32_t candidate = 0, iteration = 0;
     bool measured = false;
   };
-  Turn TurnOf(uint32_t iteration) const;
+  Turn TurnOf(uint32_t iteration) const;  // of the pilot
   uint32_t PilotIterations() const;
+  std::vector<PilotResult> Measure(const IterationResult& result, const AutoState::Parts& parts) const;
+  // Sets active, settled and the states that are left.
+  void Decide(AutoState::Parts* parts) const;
   uint32_t Winner(const std::vector<PilotResult>& results) const;
 
   std::vector<Candidate> candidates_;

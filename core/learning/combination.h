@@ -9,11 +9,6 @@
 
 namespace lodestar {
 
-struct IterationFilm {
-  uint32_t iteration = 0;
-  Film film;
-};
-
 // The weights of the films, in their order; they add up to 1 (all 0 while nothing is rendered).
 // - discard, automatic: the film with the most passes alone, the later of equals: the last iteration's, but for the
 // first rounds of a longer one.

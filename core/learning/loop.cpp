@@ -239,7 +239,7 @@ void Loop::Advance(const Clock& clock) {
                                      .iteration = iteration_,
                                      .passes = iteration_passes_,
                                      .image = &image,
-                                     .film = &films_.back().film,
+                                     .films = films_,
                                      .rays = report_.rays - rays_before_,
                                      .vertices = report_.vertices - vertices_before_,
                                      .last = next_is_final_});

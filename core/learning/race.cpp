@@ -37,21 +37,20 @@ double PilotResult::Efficiency() const {
   return variance > 0 ? 1 / (variance * work) : std::numeric_limits<double>::infinity();
 }
 
-PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work) {
+PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, const PixelEstimate& pixels) {
   LODESTAR_CHECK(film.passes() >= 2);
   PilotResult result;
   result.candidate = candidate;
   result.passes = film.passes();
   result.work = work / static_cast<double>(film.passes());
   const Image image = film.Develop();
-  const std::vector<double> relative = RelativeVariances(image, true);
   const uint32_t columns = std::min(kBlocks, image.width), rows = std::min(kBlocks, image.height);
   std::vector<double> sums(size_t{columns} * rows);
   std::vector<uint32_t> counts(sums.size());
   for (uint32_t y = 0; y < image.height; ++y) {
     for (uint32_t x = 0; x < image.width; ++x) {
-      const double value = relative[size_t{y} * image.width + x];
-      if (std::isnan(value)) continue;  // trimmed
+      const double expected = pixels.At(x, y);
+      const double value = image.variance[size_t{y} * image.width + x] / (expected * expected + kRelMseEpsilon);
       const size_t block = size_t{y} * rows / image.height * columns + size_t{x} * columns / image.width;
       sums[block] += value;
       ++counts[block];

@@ -1,7 +1,8 @@
 // A race of methods for one image: which of them lowers the error most for its cost, from pilot iterations of each.
 //
-// Efficiency = 1 / (relative variance of a pixel sample * cost of a pass), with an interval from the spread between blocks of the image. It is compared
-// between films of the same number of passes where there are such: an estimate from few passes misses rare bright samples, for all alike.
+// Efficiency = 1 / (relative variance of a pixel sample * cost of a pass), with an interval from the spread between blocks of the image. All films of a
+// race are measured against one estimate of the pixels, and nothing is trimmed: the variance of few passes sits in few bright samples, and to leave those
+// out would be to take the noisiest method for the best.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "core/film/film.h"
+#include "core/film/pixel_estimate.h"
 
 namespace lodestar {
 
@@ -23,8 +25,8 @@ struct PilotResult {
   static PilotResult Read(ByteReader& in);
 };
 
-// From the film of an iteration. At least two passes; `work` is the whole iteration's.
-PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work);
+// From the film of an iteration, of at least two passes; `work` is the whole iteration's, `pixels` what its pixels are expected to have.
+PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, const PixelEstimate& pixels);
 
 // How much more efficient a is than b, with the bounds of a 95 % interval on the ratio from jackknifing the blocks.
 struct EfficiencyRatio {
