@@ -11,6 +11,14 @@ void Require(bool holds, const char* what) {
 
 }  // namespace
 
+SdTreeOptions SdTreeOptions::Recommended() {
+  SdTreeOptions options;
+  options.spatial_threshold = 700;
+  options.target = Target::kSwitching;
+  options.reconstruction = Reconstruction::kNative;
+  return options;
+}
+
 SdTreeOptions SdTreeOptions::Paper2017() {
   SdTreeOptions options;
   options.spatial_threshold = 12000;
@@ -18,8 +26,6 @@ SdTreeOptions SdTreeOptions::Paper2017() {
   options.directional_filter = DirectionalFilter::kNearest;
   options.bsdf_fraction_loss = BsdfFractionLoss::kNone;
   options.min_records = 1;
-  options.target = Target::kRadiance;
-  options.reconstruction = Reconstruction::kNone;
   return options;
 }
 
@@ -30,8 +36,6 @@ SdTreeOptions SdTreeOptions::Paper2019() {
   options.directional_filter = DirectionalFilter::kBox;
   options.bsdf_fraction_loss = BsdfFractionLoss::kKl;
   options.min_records = 1;
-  options.target = Target::kRadiance;
-  options.reconstruction = Reconstruction::kNone;
   return options;
 }
 

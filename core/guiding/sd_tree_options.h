@@ -1,5 +1,5 @@
-// Settings of the SD-tree (Mueller et al. 2017; "Practical Path Guiding in Production" 2019). The defaults are ours and
-// the recommendation; the two presets are the papers' settings.
+// Settings of the SD-tree (Mueller et al. 2017; "Practical Path Guiding in Production" 2019). What is not set is plain:
+// the presets say what to use.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ struct SdTreeOptions {
   enum class Reconstruction : uint8_t { kNone, kDense, kNative };
 
   float spatial_threshold =
-      700;  // c: a spatial leaf splits above c * sqrt(samples per pixel of the iteration / 4) records; 500 to 20000
+      4000;  // c: a spatial leaf splits above c * sqrt(samples per pixel of the iteration / 4) records; 500 to 20000
   float flux_threshold = 0.01f;    // rho: a directional cell splits above this share of its tree's flux; 0.001 to 1
   int max_directional_depth = 20;  // 1 to 20
   int max_spatial_depth = 48;      // binary levels, 0 to 63: every third halves the same axis
@@ -38,8 +38,8 @@ struct SdTreeOptions {
   DirectionalFilter directional_filter = DirectionalFilter::kBox;
   BsdfFractionLoss bsdf_fraction_loss = BsdfFractionLoss::kKl;
   float initial_bsdf_fraction = 0.5f;  // within [0.05, 0.95]
-  Target target = Target::kSwitching;
-  Reconstruction reconstruction = Reconstruction::kNative;
+  Target target = Target::kRadiance;
+  Reconstruction reconstruction = Reconstruction::kNone;
   float dense_sigma = 0.5f;    // of kDense's Gaussian, in cells of its layer; 0.1 to 3
   bool learn_nee = false;      // learn the share of vertices that sample a light, per leaf
   float min_records = 128;  // a leaf with fewer records keeps its previous distribution; 1 is the papers' behaviour but
@@ -48,6 +48,7 @@ struct SdTreeOptions {
       uint64_t{1}
       << 22;  // of all directional trees together (16 bytes each, 64 more in every accumulator that touches them)
 
+  static SdTreeOptions Recommended();  // what docs/decisions/0013-sd-tree-defaults.md found best
   static SdTreeOptions Paper2017();
   static SdTreeOptions Paper2019();
 

@@ -24,10 +24,6 @@ const std::vector<Registered>& Registry() {
        [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
          return std::make_unique<SdTreeMethod>(job, survey);
        }},
-      {AutoMethod::Entry(),
-       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
-         return std::make_unique<AutoMethod>(job, survey);
-       }},
       {FocalMethod::Entry(),
        [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
          return std::make_unique<FocalMethod>(job, survey);
@@ -35,6 +31,10 @@ const std::vector<Registered>& Registry() {
       {GridMethod::Entry(),
        [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
          return std::make_unique<GridMethod>(job, survey);
+       }},
+      {AutoMethod::Entry(),
+       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
+         return std::make_unique<AutoMethod>(job, survey);
        }},
   };
   return kRegistry;

@@ -45,7 +45,7 @@ class SdTreeMethod final : public Method {
   // What is recorded of emission that next event estimation could have found: all, its share by multiple importance sampling, nothing.
   enum class Learn : uint8_t { kAll, kWeighted, kIndirect };
   struct Options {
-    SdTreeOptions tree;
+    SdTreeOptions tree = SdTreeOptions::Recommended();
     NeeMode nee = NeeMode::kLearned;
     Learn learn = Learn::kWeighted;
     bool learn_lights = true;  // which lights to sample, per leaf; else by power

@@ -71,7 +71,7 @@ class Driver {
     JobSpec job;
     job.method = "auto";
     job.options["candidates"] = candidates;
-    Survey survey = SyntheticSurvey();
+    Survey survey = test::SyntheticSurvey();
     survey.resolution_x = survey.resolution_y = kSide;
     method_ = std::make_unique<AutoMethod>(job, survey);
     state_ = method_->Initial();
