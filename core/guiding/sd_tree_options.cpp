@@ -16,6 +16,7 @@ SdTreeOptions SdTreeOptions::Recommended() {
   options.spatial_threshold = 700;
   options.target = Target::kSwitching;
   options.reconstruction = Reconstruction::kNative;
+  options.learn_nee = true;
   return options;
 }
 

@@ -48,7 +48,7 @@ struct SdTreeOptions {
       uint64_t{1}
       << 22;  // of all directional trees together (16 bytes each, 64 more in every accumulator that touches them)
 
-  static SdTreeOptions Recommended();  // what docs/decisions/0013-sd-tree-defaults.md found best
+  static SdTreeOptions Recommended();  // what docs/decisions/0014-sd-tree-defaults.md found best
   static SdTreeOptions Paper2017();
   static SdTreeOptions Paper2019();
 

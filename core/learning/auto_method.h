@@ -1,4 +1,4 @@
-// `auto`: measures which method renders this image most efficiently, and leaves the others out (docs/decisions/0012-auto.md).
+// `auto`: measures which method renders this image most efficiently, and leaves the others out (docs/decisions/0013-auto.md).
 //
 // The candidates are other methods, each with a state and a learning half of its own. In the pilot each renders a few iterations of the job's image; what
 // they render enters the image by inverse variance. Then the most promising goes on, training further if it wants to. A method that learns is judged by

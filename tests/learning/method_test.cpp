@@ -90,8 +90,8 @@ TEST(Registry, EveryDocumentedChoiceIsTaken) {
 }
 
 TEST(SdTreeMethod, PresetsAndOverrides) {
-  EXPECT_EQ(Parse({}).tree, SdTreeOptions());
-  EXPECT_EQ(Parse({}).nee, NeeMode::kAlways);
+  EXPECT_EQ(Parse({}).tree, SdTreeOptions::Recommended());
+  EXPECT_EQ(Parse({}).nee, NeeMode::kLearned);
   EXPECT_EQ(Parse({}).combination.kind, Kind::kInverseVariance);
   EXPECT_EQ(Parse({}).training, -1);
   EXPECT_EQ(Parse({{"preset", "2017"}}).tree, SdTreeOptions::Paper2017());
