@@ -1,6 +1,7 @@
 #include "core/guiding/focal_advance.h"
 
 #include "core/base/check.h"
+#include "core/guiding/radiance_scale.h"
 
 namespace lodestar {
 namespace {
@@ -97,11 +98,10 @@ class MutableOctree {
   std::vector<Node> nodes_;
 };
 
-// The power of two that brings the mean scaled record near 1, kept where it can be applied and undone in float.
 float NextScale(const FocalField& field, const FocalStatistics& statistics, double recorded) {
   const auto records = static_cast<double>(statistics.counts().accepted);
   if (!(recorded > 0) || !(records > 0)) return field.radiance_scale();
-  return std::ldexp(1.0f, std::clamp(-std::ilogb(recorded / records), -100, 100));
+  return RadianceScaleFor(recorded / records);
 }
 
 }  // namespace

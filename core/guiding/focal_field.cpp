@@ -6,8 +6,6 @@
 namespace lodestar {
 namespace {
 
-constexpr float kMargin = 0x1p-10f;        // of the longest side: hits on the box's faces lie inside
-constexpr float kLeastSide = 0x1p-3f;      // of the longest side
 constexpr double kTwoToMinus24 = 0x1p-24;  // the step of a random number
 
 FocalParts::Octree UniformOctree(int depth) {
@@ -23,18 +21,9 @@ FocalParts::Octree UniformOctree(int depth) {
 
 std::shared_ptr<const FocalField> FocalField::Initial(const Bounds3& bounds, const FocalOptions& options) {
   options.Validate();
-  const float longest = bounds.empty() ? 0 : MaxComponent(bounds.Diagonal());
-  if (bounds.empty() || !IsFinite(bounds.min) || !IsFinite(bounds.max) || !(longest <= 1e30f)) {
-    throw Error(ErrorKind::kInvalidInput,
-                "focal guiding needs bounds that are finite, not empty and below 1e30 in extent");
-  }
   FocalParts parts;
   parts.options = options;
-  const float side = std::max(longest, 1e-30f);  // a single point
-  for (int axis = 0; axis < 3; ++axis) {
-    parts.sides[axis] = std::max(bounds.Diagonal()[axis], side * kLeastSide) + 2 * kMargin * side;
-    parts.corner[axis] = bounds.Center()[axis] - parts.sides[axis] * 0.5f;
-  }
+  parts.box = GuideBox::Around(bounds, "focal guiding");
   parts.octrees.push_back(UniformOctree(options.start_depth));
   if (options.diverging) {
     for (float& mass : parts.octrees[0].leaf_masses) mass *= 0.5f;
@@ -47,9 +36,9 @@ std::shared_ptr<const FocalField> FocalField::Initial(const Bounds3& bounds, con
 
 FocalField::FocalField(FocalParts parts)
     : options_(parts.options),
-      corner_(parts.corner),
-      sides_(parts.sides),
-      longest_(MaxComponent(parts.sides)),
+      corner_(parts.box.corner),
+      sides_(parts.box.sides),
+      longest_(MaxComponent(parts.box.sides)),
       iteration_(parts.iteration),
       radiance_scale_(parts.radiance_scale),
       weight_(parts.weight),

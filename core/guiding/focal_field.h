@@ -12,7 +12,7 @@
 
 #include "core/guiding/focal_octree.h"
 #include "core/guiding/focal_options.h"
-#include "core/math/bounds.h"
+#include "core/guiding/guide_box.h"
 
 namespace lodestar {
 
@@ -24,7 +24,7 @@ struct FocalSample {
 // The pieces of a state; FocalField's constructor checks that they fit together.
 struct FocalParts {
   FocalOptions options;
-  Vec3 corner, sides;
+  GuideBox box;
   uint32_t iteration = 0;
   float radiance_scale = 1;  // a power of two
   double weight = 0;         // what was recorded so far, decayed: the masses' common factor; 0: nothing learned yet

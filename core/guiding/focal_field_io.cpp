@@ -2,6 +2,7 @@
 // no links are written and none can be wrong.
 #include "core/guiding/bsdf_fraction.h"
 #include "core/guiding/focal_field.h"
+#include "core/guiding/radiance_scale.h"
 
 namespace lodestar {
 namespace {
@@ -14,8 +15,7 @@ constexpr uint32_t kVersion = 1;
 FocalParts PartsOf(const FocalField& field) {
   FocalParts parts;
   parts.options = field.options();
-  parts.corner = field.corner();
-  parts.sides = field.sides();
+  parts.box = {field.corner(), field.sides()};
   parts.iteration = field.iteration();
   parts.radiance_scale = field.radiance_scale();
   parts.weight = field.weight();
@@ -38,10 +38,7 @@ Bytes FocalField::Serialize() const {
   out.Put(kMagic);
   out.Put(kVersion);
   parts.options.Write(out);
-  for (int axis = 0; axis < 3; ++axis) {
-    out.Put(parts.corner[axis]);
-    out.Put(parts.sides[axis]);
-  }
+  parts.box.Write(out);
   out.Put(parts.iteration);
   out.Put(parts.radiance_scale);
   out.Put(parts.weight);
@@ -60,20 +57,9 @@ std::shared_ptr<const FocalField> FocalField::Parse(std::string_view bytes) {
     in.Fail("has version " + std::to_string(version) + ", known is 1");
   FocalParts parts;
   parts.options = FocalOptions::Read(in);
-  for (int axis = 0; axis < 3; ++axis) {
-    parts.corner[axis] = in.Get<float>();
-    parts.sides[axis] = in.Get<float>();
-  }
-  const float longest = MaxComponent(parts.sides);
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(parts.sides[axis] >= 0.1f * longest && longest <= 2e30f && longest >= 1e-31f)) in.Fail("has invalid bounds");
-  }
-  if (!IsFinite(parts.corner)) in.Fail("has invalid bounds");
+  parts.box = GuideBox::Read(in);
   parts.iteration = in.Get<uint32_t>();
-  parts.radiance_scale = in.Get<float>();
-  const uint32_t scale_bits = std::bit_cast<uint32_t>(parts.radiance_scale);
-  if ((scale_bits & 0x807fffff) != 0 || scale_bits == 0 || !std::isfinite(parts.radiance_scale))
-    in.Fail("has an invalid radiance scale");
+  parts.radiance_scale = ReadRadianceScale(in);
   parts.weight = in.Get<double>();
   if (!(parts.weight >= 0) || std::signbit(parts.weight) || !std::isfinite(parts.weight))
     in.Fail("has an invalid weight");

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/guiding/radiance_scale.h"
 
 namespace lodestar {
 namespace {
@@ -32,8 +33,7 @@ std::shared_ptr<const RadianceGrid> Advance(const RadianceGrid& grid, const Grid
     parts.radiance[entry] = static_cast<float>(std::min(radiance, 3e38));
     parts.weight[entry] = static_cast<float>(before + now);
   });
-  // So that the mean record is near 1 in the next step, within what a float can apply and undo.
-  if (total > 0) parts.radiance_scale = std::ldexp(1.0f, std::clamp(-std::ilogb(total / records), -100, 100));
+  if (total > 0) parts.radiance_scale = RadianceScaleFor(total / records);
   return std::make_shared<const RadianceGrid>(std::move(parts));
 }
 

@@ -9,9 +9,6 @@
 namespace lodestar {
 namespace {
 
-constexpr float kMargin = 0x1p-10f;    // of the longest side: what lies on the box's faces lies inside
-constexpr float kLeastSide = 0x1p-3f;  // of the longest side
-
 // A multiplication each: there are a quarter of a million of them a step.
 uint64_t HashFloats(uint64_t hash, std::span<const float> values) {
   for (const float value : values) {
@@ -25,18 +22,9 @@ uint64_t HashFloats(uint64_t hash, std::span<const float> values) {
 
 std::shared_ptr<const RadianceGrid> RadianceGrid::Initial(const Bounds3& bounds, const GridOptions& options) {
   options.Validate();
-  const float longest = bounds.empty() ? 0 : MaxComponent(bounds.Diagonal());
-  if (bounds.empty() || !IsFinite(bounds.min) || !IsFinite(bounds.max) || !(longest <= 1e30f)) {
-    throw Error(ErrorKind::kInvalidInput,
-                "grid guiding needs bounds that are finite, not empty and below 1e30 in extent");
-  }
   GridParts parts;
   parts.options = options;
-  const float side = std::max(longest, 1e-30f);  // a single point
-  for (int axis = 0; axis < 3; ++axis) {
-    parts.sides[axis] = std::max(bounds.Diagonal()[axis], side * kLeastSide) + 2 * kMargin * side;
-    parts.corner[axis] = bounds.Center()[axis] - parts.sides[axis] * 0.5f;
-  }
+  parts.box = GuideBox::Around(bounds, "grid guiding");
   const size_t entries = size_t{options.cell_count()} * options.direction_count();
   parts.radiance.assign(entries, 0);
   parts.weight.assign(entries, 0);
@@ -48,7 +36,7 @@ RadianceGrid::RadianceGrid(GridParts parts)
   const size_t entries = size_t{cell_count()} * direction_count();
   LODESTAR_CHECK(parts_.radiance.size() == entries && parts_.weight.size() == entries);
   last_cell_ = static_cast<float>(parts_.options.cells - 1);
-  for (int axis = 0; axis < 3; ++axis) per_cell_[axis] = static_cast<float>(parts_.options.cells) / parts_.sides[axis];
+  for (int axis = 0; axis < 3; ++axis) per_cell_[axis] = static_cast<float>(parts_.options.cells) / parts_.box.sides[axis];
   for (uint32_t cell = 0; cell < cell_count(); ++cell) {
     Estimate(cell);
     double sum = 0;
@@ -60,7 +48,7 @@ RadianceGrid::RadianceGrid(GridParts parts)
   fingerprint_ = MixCombine(parts_.iteration, std::bit_cast<uint32_t>(parts_.radiance_scale));
   for (const char byte : head.bytes()) fingerprint_ = MixCombine(fingerprint_, static_cast<uint8_t>(byte));
   for (int axis = 0; axis < 3; ++axis)
-    fingerprint_ = HashFloats(fingerprint_, std::array{parts_.corner[axis], parts_.sides[axis]});
+    fingerprint_ = HashFloats(fingerprint_, std::array{parts_.box.corner[axis], parts_.box.sides[axis]});
   fingerprint_ = HashFloats(HashFloats(fingerprint_, parts_.radiance), parts_.weight);
 }
 

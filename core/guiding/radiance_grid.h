@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/guiding/grid_options.h"
-#include "core/math/bounds.h"
+#include "core/guiding/guide_box.h"
 #include "core/math/warp.h"
 
 namespace lodestar {
@@ -20,7 +20,7 @@ namespace lodestar {
 // The pieces of a state; RadianceGrid's constructor checks that they fit together.
 struct GridParts {
   GridOptions options;
-  Vec3 corner, sides;
+  GuideBox box;
   uint32_t iteration = 0;
   float radiance_scale = 1;  // a power of two that brings recorded values near 1
   // By voxel, then row, then column: mean luminance arriving from the entry's directions, and how much is known of it:
@@ -38,7 +38,7 @@ class RadianceGrid {
   uint32_t CellAt(Vec3 p) const {
     uint32_t cell = 0;
     for (int axis = 2; axis >= 0; --axis) {
-      const float along = std::clamp((p[axis] - parts_.corner[axis]) * per_cell_[axis], 0.0f, last_cell_);
+      const float along = std::clamp((p[axis] - parts_.box.corner[axis]) * per_cell_[axis], 0.0f, last_cell_);
       cell = cell * static_cast<uint32_t>(parts_.options.cells) + static_cast<uint32_t>(along);
     }
     return cell;

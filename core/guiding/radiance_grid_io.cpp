@@ -1,9 +1,9 @@
 // The radiance grid's bytes, version 1: header, then the voxels of which something is known, ascending, and all their
 // entries.
-#include <bit>
 #include <cmath>
 
 #include "core/guiding/radiance_grid.h"
+#include "core/guiding/radiance_scale.h"
 
 namespace lodestar {
 namespace {
@@ -23,10 +23,7 @@ Bytes RadianceGrid::Serialize() const {
   out.Put(kMagic);
   out.Put(kVersion);
   parts_.options.Write(out);
-  for (int axis = 0; axis < 3; ++axis) {
-    out.Put(parts_.corner[axis]);
-    out.Put(parts_.sides[axis]);
-  }
+  parts_.box.Write(out);
   out.Put(parts_.iteration);
   out.Put(parts_.radiance_scale);
   std::vector<uint32_t> cells;
@@ -54,20 +51,9 @@ std::shared_ptr<const RadianceGrid> RadianceGrid::Parse(std::string_view bytes) 
     in.Fail("has version " + std::to_string(version) + ", known is 1");
   GridParts parts;
   parts.options = GridOptions::Read(in);
-  for (int axis = 0; axis < 3; ++axis) {
-    parts.corner[axis] = in.Get<float>();
-    parts.sides[axis] = in.Get<float>();
-  }
-  const float longest = MaxComponent(parts.sides);
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!(parts.sides[axis] >= 0.1f * longest && longest <= 2e30f && longest >= 1e-31f)) in.Fail("has invalid bounds");
-  }
-  if (!IsFinite(parts.corner)) in.Fail("has invalid bounds");
+  parts.box = GuideBox::Read(in);
   parts.iteration = in.Get<uint32_t>();
-  parts.radiance_scale = in.Get<float>();
-  const uint32_t scale_bits = std::bit_cast<uint32_t>(parts.radiance_scale);
-  if ((scale_bits & 0x807fffff) != 0 || scale_bits == 0 || !std::isfinite(parts.radiance_scale))
-    in.Fail("has an invalid radiance scale");
+  parts.radiance_scale = ReadRadianceScale(in);
 
   const auto cells = in.GetVector<uint32_t>();
   const auto radiance = in.GetVector<float>(), weight = in.GetVector<float>();

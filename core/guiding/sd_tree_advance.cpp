@@ -2,6 +2,7 @@
 
 #include "core/base/check.h"
 #include "core/guiding/light_selection.h"
+#include "core/guiding/radiance_scale.h"
 #include "core/base/parallel.h"
 
 namespace lodestar {
@@ -117,7 +118,6 @@ std::vector<uint8_t> Reconstructed(const SdTree& tree) {
   return directional::WithinWorkload(depths, static_cast<int>(tree.iteration()));
 }
 
-// The power of two that brings the mean scaled record near 1, kept where it can be applied and undone in float.
 float NextScale(const SdTree& tree, const SdTreeStatistics& statistics) {
   double flux = 0, records = 0;
   for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) {
@@ -126,8 +126,7 @@ float NextScale(const SdTree& tree, const SdTreeStatistics& statistics) {
     records += statistics.leaf(leaf).records();
   }
   if (!(flux > 0) || !(records > 0)) return tree.radiance_scale();
-  const int exponent = std::ilogb(tree.radiance_scale()) - std::ilogb(flux / records);
-  return std::ldexp(1.0f, std::clamp(exponent, -100, 100));
+  return RadianceScaleFor(flux / records / tree.radiance_scale());
 }
 
 // In double: it must not wrap before it is compared.

@@ -4,6 +4,7 @@
 
 #include "core/guiding/bsdf_fraction.h"
 #include "core/guiding/light_selection.h"
+#include "core/guiding/radiance_scale.h"
 #include "core/guiding/sd_tree.h"
 
 namespace lodestar {
@@ -103,10 +104,7 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   parts.size = in.Get<float>();
   if (!IsFinite(parts.corner) || !(parts.size >= 1e-30f && parts.size <= 1e30f)) in.Fail("has invalid bounds");
   parts.iteration = in.Get<uint32_t>();
-  parts.radiance_scale = in.Get<float>();
-  const uint32_t scale_bits = std::bit_cast<uint32_t>(parts.radiance_scale);
-  if ((scale_bits & 0x807fffff) != 0 || scale_bits == 0 || !std::isfinite(parts.radiance_scale))
-    in.Fail("has an invalid radiance scale");
+  parts.radiance_scale = ReadRadianceScale(in);
 
   parts.depths = in.GetVector<uint8_t>();
   const auto learned = in.GetVector<uint8_t>();
