@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/base/check.h"
 #include "core/film/error_metrics.h"
@@ -30,12 +29,6 @@ double Ratio(const PilotResult& a, const PilotResult& b, size_t without = ~size_
 }
 
 }  // namespace
-
-double PilotResult::Efficiency() const {
-  const double variance = Mean(variances);
-  if (variances.empty() || !(work > 0)) return 0;
-  return variance > 0 ? 1 / (variance * work) : std::numeric_limits<double>::infinity();
-}
 
 PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, const PixelEstimate& pixels) {
   LODESTAR_CHECK(film.passes() >= 2);

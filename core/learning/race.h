@@ -20,7 +20,6 @@ struct PilotResult {
   double work = 0;                // of a pass, any unit common to the candidates
   std::vector<double> variances;  // relative variance of a sample, mean of each block; all films of a race have the same blocks
 
-  double Efficiency() const;  // 0 where nothing is known, infinity for a noiseless film
   void Write(ByteWriter& out) const;
   static PilotResult Read(ByteReader& in);
 };
