@@ -80,6 +80,9 @@ struct FractionSums {
   static constexpr double kMagic = 0x1.8p52;
 };
 
+// How many records the previous fraction of a leaf or cell counts as.
+inline constexpr double kFractionPriorRecords = 64;
+
 // The minimiser of the summed loss plus a prior that counts as `prior_records` records which found `previous` to be
 // right.
 float SolveBsdfFraction(const FractionSums& sums, float previous, double prior_records);

@@ -6,9 +6,6 @@
 namespace lodestar {
 namespace {
 
-// The prior on a cell's BSDF fraction, in records: its previous value counts as this many.
-constexpr double kFractionPriorRecords = 64;
-
 // An octree while its shape changes. Node 0 is the root; nodes that nothing leads to are left behind.
 class MutableOctree {
  public:

@@ -8,9 +8,6 @@
 namespace lodestar {
 namespace {
 
-// The prior on a leaf's BSDF fraction, in records: its previous value counts as this many.
-constexpr double kFractionPriorRecords = 64;
-
 struct RebuiltLeaf {
   SdTreeLeaf leaf;
   directional::Tree tree;

@@ -90,12 +90,6 @@ FocalMethod::FocalMethod(const JobSpec& job, const Survey& survey) : bounds_(sur
                                                    : static_cast<uint64_t>(given.Integer("passes", 1, 4096));
 }
 
-void FocalGuidingStatistics::Merge(const Statistics& other) {
-  const auto* cast = dynamic_cast<const FocalGuidingStatistics*>(&other);
-  LODESTAR_CHECK(cast != nullptr);
-  sums_.Merge(cast->sums_);
-}
-
 std::shared_ptr<const State> FocalMethod::Initial() const {
   return std::make_shared<FocalState>(FocalField::Initial(bounds_, options_.field));
 }

@@ -4,6 +4,7 @@
 
 #include "core/guiding/focal_field.h"
 #include "core/guiding/focal_statistics.h"
+#include "core/learning/learned_sums.h"
 #include "core/learning/method.h"
 #include "core/learning/nee.h"
 
@@ -20,17 +21,7 @@ class FocalState final : public State {
   std::shared_ptr<const FocalField> field_;
 };
 
-class FocalGuidingStatistics final : public Statistics {
- public:
-  explicit FocalGuidingStatistics(FocalStatistics sums) : sums_(std::move(sums)) {}
-  FocalStatistics& sums() { return sums_; }
-  const FocalStatistics& sums() const { return sums_; }
-  void Merge(const Statistics& other) override;  // of the same field
-  Bytes Serialize() const override { return sums_.Serialize(); }
-
- private:
-  FocalStatistics sums_;
-};
+using FocalGuidingStatistics = LearnedSums<FocalStatistics>;
 
 class FocalMethod final : public Method {
  public:

@@ -104,12 +104,6 @@ GridMethod::GridMethod(const JobSpec& job, const Survey& survey) : bounds_(surve
                                                  : static_cast<uint32_t>(given.Integer("steps", 0, 100000));
 }
 
-void GridGuidingStatistics::Merge(const Statistics& other) {
-  const auto* cast = dynamic_cast<const GridGuidingStatistics*>(&other);
-  LODESTAR_CHECK(cast != nullptr);
-  sums_.Merge(cast->sums_);
-}
-
 std::shared_ptr<const State> GridMethod::Initial() const {
   return std::make_shared<GridState>(RadianceGrid::Initial(bounds_, options_.grid));
 }

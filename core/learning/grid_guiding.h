@@ -4,6 +4,7 @@
 
 #include "core/guiding/grid_sampling.h"
 #include "core/guiding/grid_statistics.h"
+#include "core/learning/learned_sums.h"
 #include "core/learning/method.h"
 #include "core/learning/nee.h"
 
@@ -19,17 +20,7 @@ class GridState final : public State {
   std::shared_ptr<const RadianceGrid> grid_;
 };
 
-class GridGuidingStatistics final : public Statistics {
- public:
-  explicit GridGuidingStatistics(GridStatistics sums) : sums_(std::move(sums)) {}
-  GridStatistics& sums() { return sums_; }
-  const GridStatistics& sums() const { return sums_; }
-  void Merge(const Statistics& other) override;  // of the same grid
-  Bytes Serialize() const override { return sums_.Serialize(); }
-
- private:
-  GridStatistics sums_;
-};
+using GridGuidingStatistics = LearnedSums<GridStatistics>;
 
 class GridMethod final : public Method {
  public:

@@ -16,12 +16,6 @@ const SdTreeState& AsSdTree(const std::shared_ptr<const State>& state) {
 
 }  // namespace
 
-void SdTreeGuidingStatistics::Merge(const Statistics& other) {
-  const auto* cast = dynamic_cast<const SdTreeGuidingStatistics*>(&other);
-  LODESTAR_CHECK(cast != nullptr);
-  sums_.Merge(cast->sums_);
-}
-
 Bytes SdTreeState::Serialize() const {
   ByteWriter out;
   out.PutString(tree_->Serialize());
@@ -38,8 +32,8 @@ std::shared_ptr<const SdTreeState> SdTreeState::Parse(std::string_view bytes) {
 }
 
 void SdTreeGuidingStatistics::AddHealth(HealthReport* health) const {
-  health->Add(HealthEvent::kRefused, sums_.counts().refused);
-  health->Add(HealthEvent::kSaturated, sums_.counts().saturated);
+  health->Add(HealthEvent::kRefused, sums().counts().refused);
+  health->Add(HealthEvent::kSaturated, sums().counts().saturated);
 }
 
 std::shared_ptr<const State> SdTreeMethod::Initial() const {

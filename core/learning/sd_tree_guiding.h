@@ -2,9 +2,10 @@
 // its sums as statistics. Iteration k has 2^k passes.
 #pragma once
 
+#include "core/film/pixel_estimate.h"
 #include "core/guiding/sd_tree.h"
 #include "core/guiding/sd_tree_statistics.h"
-#include "core/film/pixel_estimate.h"
+#include "core/learning/learned_sums.h"
 #include "core/learning/method.h"
 #include "core/learning/nee.h"
 #include "core/learning/roulette.h"
@@ -27,17 +28,10 @@ class SdTreeState final : public State {
   PixelEstimate pixels_;
 };
 
-class SdTreeGuidingStatistics final : public Statistics {
+class SdTreeGuidingStatistics final : public LearnedSums<SdTreeStatistics> {
  public:
-  explicit SdTreeGuidingStatistics(SdTreeStatistics sums) : sums_(std::move(sums)) {}
-  SdTreeStatistics& sums() { return sums_; }
-  const SdTreeStatistics& sums() const { return sums_; }
-  void Merge(const Statistics& other) override;  // of the same tree
-  Bytes Serialize() const override { return sums_.Serialize(); }
+  using LearnedSums::LearnedSums;
   void AddHealth(HealthReport* health) const override;
-
- private:
-  SdTreeStatistics sums_;
 };
 
 class SdTreeMethod final : public Method {

@@ -1,0 +1,28 @@
+// The statistics of a method whose units record into one accumulator of core/guiding: SdTreeStatistics, FocalStatistics,
+// GridStatistics.
+#pragma once
+
+#include "core/base/check.h"
+#include "core/learning/method.h"
+
+namespace lodestar {
+
+template <class Sums>
+class LearnedSums : public Statistics {
+ public:
+  explicit LearnedSums(Sums sums) : sums_(std::move(sums)) {}
+  Sums& sums() { return sums_; }
+  const Sums& sums() const { return sums_; }
+  // `other` is of the same accumulator and state.
+  void Merge(const Statistics& other) override {
+    const auto* cast = dynamic_cast<const LearnedSums*>(&other);
+    LODESTAR_CHECK(cast != nullptr);
+    sums_.Merge(cast->sums_);
+  }
+  Bytes Serialize() const override { return sums_.Serialize(); }
+
+ private:
+  Sums sums_;
+};
+
+}  // namespace lodestar
