@@ -35,7 +35,9 @@ class RecordingScene {
   }
   SurfaceInteraction Interaction(const Ray& ray, const Hit& hit) const { return scene_.Interaction(ray, hit); }
   Bsdf BsdfAt(const SurfaceInteraction& si, float u) const { return scene_.BsdfAt(si, u); }
-  std::optional<LightSample> SampleLight(Vec3 p, float pick, Vec2 u, LightGroupWeights weights) const { return scene_.SampleLight(p, pick, u, weights); }
+  std::optional<LightSample> SampleLight(Vec3 p, float pick, Vec2 u, LightGroupWeights weights) const {
+    return scene_.SampleLight(p, pick, u, weights);
+  }
   Rgb Emitted(const SurfaceInteraction& si, Vec3 wo) const { return scene_.Emitted(si, wo); }
   float LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3 wi) const { return scene_.LightPdf(from, si, wi); }
   EnvironmentSample Environment(Vec3 wi) const { return scene_.Environment(wi); }

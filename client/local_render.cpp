@@ -125,7 +125,8 @@ std::string Summary(const Json& report) {
   if (const std::string reason = Text(At(report, "result", "stop_reason")); !reason.empty())
     text += ", ended by " + reason;
   text += "\n";
-  if (const std::string choice = Text(At(report, "result", "choice")); !choice.empty()) text += "chose " + choice + "\n";
+  if (const std::string choice = Text(At(report, "result", "choice")); !choice.empty())
+    text += "chose " + choice + "\n";
   if (const auto points = PointsFromJson(report.value("points", Json::array())); !points.empty()) {
     const ErrorPoint& last = points.back();
     text += "estimated relMSE " + (std::isfinite(last.relmse_estimated) ? FormatNumber(last.relmse_estimated)

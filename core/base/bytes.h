@@ -1,4 +1,5 @@
-// Canonical bytes: little-endian, fixed width, no padding. States and contributions are written with these, and hashes are of these bytes.
+// Canonical bytes: little-endian, fixed width, no padding. States and contributions are written with these, and hashes
+// are of these bytes.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,7 @@ using Bytes = std::string;
 class ByteWriter {
  public:
   template <class T>
-    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+  requires std::is_arithmetic_v<T> || std::is_enum_v<T>
   void Put(T value) {
     const size_t at = bytes_.size();
     bytes_.resize(at + sizeof(T));
@@ -30,7 +31,7 @@ class ByteWriter {
   }
   // T must be free of padding: arithmetic, or a struct of equally wide arithmetic members.
   template <class T>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   void PutSpan(std::span<const T> values) {
     Put<uint64_t>(values.size());
     bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
@@ -52,8 +53,7 @@ class ByteReader {
   ByteReader(std::string_view bytes, std::string what) : bytes_(bytes), what_(std::move(what)) {}
 
   template <class T>
-    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
-  T Get() {
+  requires std::is_arithmetic_v<T> || std::is_enum_v<T> T Get() {
     T value;
     std::memcpy(&value, Need(sizeof(T)), sizeof(T));
     return value;
@@ -63,8 +63,7 @@ class ByteReader {
     return std::string(Need(size), size);
   }
   template <class T>
-    requires std::is_trivially_copyable_v<T>
-  std::vector<T> GetVector() {
+  requires std::is_trivially_copyable_v<T> std::vector<T> GetVector() {
     const auto size = GetSize(sizeof(T));
     std::vector<T> values(size);
     if (size > 0) std::memcpy(values.data(), Need(size * sizeof(T)), size * sizeof(T));
@@ -76,7 +75,8 @@ class ByteReader {
     if (remaining() != 0) Fail("has bytes after its end");
   }
   [[noreturn]] void Fail(const std::string& why) const {
-    throw Error(ErrorKind::kCorrupt, what_ + " " + why + " (at byte " + std::to_string(at_) + " of " + std::to_string(bytes_.size()) + ")");
+    throw Error(ErrorKind::kCorrupt,
+                what_ + " " + why + " (at byte " + std::to_string(at_) + " of " + std::to_string(bytes_.size()) + ")");
   }
 
  private:

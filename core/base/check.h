@@ -1,4 +1,5 @@
-// CHECK ends the process on a broken invariant (a bug of ours, never bad input); DCHECK does so in dev and sanitizer builds only.
+// CHECK ends the process on a broken invariant (a bug of ours, never bad input); DCHECK does so in dev and sanitizer
+// builds only.
 #pragma once
 
 namespace lodestar {

@@ -24,6 +24,8 @@ class ManualClock final : public Clock {
   std::atomic<int64_t> now_{0};
 };
 
-inline double Seconds(Clock::Duration d) { return std::chrono::duration<double>(d).count(); }
+inline double Seconds(Clock::Duration d) {
+  return std::chrono::duration<double>(d).count();
+}
 
 }  // namespace lodestar

@@ -28,6 +28,8 @@ inline uint64_t Mix64(uint64_t v) {
   v ^= v >> 33;
   return v;
 }
-inline uint64_t MixCombine(uint64_t a, uint64_t b) { return Mix64(a * 0x9e3779b97f4a7c15ULL + Mix64(b + 0x632be59bd9b4e019ULL)); }
+inline uint64_t MixCombine(uint64_t a, uint64_t b) {
+  return Mix64(a * 0x9e3779b97f4a7c15ULL + Mix64(b + 0x632be59bd9b4e019ULL));
+}
 
 }  // namespace lodestar

@@ -5,7 +5,8 @@
 
 namespace lodestar {
 
-// Blocks SIGTERM and SIGINT in this thread and in every one it starts from now on: call it before any is started. Returns them, for sigwait.
+// Blocks SIGTERM and SIGINT in this thread and in every one it starts from now on: call it before any is started.
+// Returns them, for sigwait.
 inline sigset_t BlockTerminationSignals() {
   sigset_t signals;
   sigemptyset(&signals);

@@ -39,7 +39,8 @@ class TileGrid {
 // Sums over a unit's passes: RGB, and the square of the luminance for the variance of the mean.
 struct PixelSum {
   float r = 0, g = 0, b = 0, luminance_squared = 0;
-  // A sample's radiance, finite (the tracer's gate saw to that). Sums that would overflow stay at the largest float; false where one did.
+  // A sample's radiance, finite (the tracer's gate saw to that). Sums that would overflow stay at the largest float;
+  // false where one did.
   bool Add(Rgb sample);
   friend bool operator==(const PixelSum&, const PixelSum&) = default;
 };

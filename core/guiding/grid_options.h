@@ -11,8 +11,8 @@ namespace lodestar {
 struct GridOptions {
   static constexpr uint64_t kMostEntries = uint64_t{1} << 24;  // of the whole table; 8 bytes each in a state
 
-  int cells = 8;               // along each side of the scene's box; 1 to 32
-  int directions = 16;         // over cos theta, twice as many over phi; 4, 8, 16 or 32
+  int cells = 8;                // along each side of the scene's box; 1 to 32
+  int directions = 16;          // over cos theta, twice as many over phi; 4, 8, 16 or 32
   float learning_rate = 0.02f;  // a: what a record takes from all before it; from 1e-6 to 1
   float prior = 10;  // what the directions around say of an entry counts as this many records; 0 to 1000, 0: nothing
 

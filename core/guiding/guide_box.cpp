@@ -15,8 +15,7 @@ constexpr float kLeastSide = 0x1p-3f;  // of the longest side
 GuideBox GuideBox::Around(const Bounds3& bounds, const std::string& who) {
   const float longest = bounds.empty() ? 0 : MaxComponent(bounds.Diagonal());
   if (bounds.empty() || !IsFinite(bounds.min) || !IsFinite(bounds.max) || !(longest <= 1e30f)) {
-    throw Error(ErrorKind::kInvalidInput,
-                who + " needs bounds that are finite, not empty and below 1e30 in extent");
+    throw Error(ErrorKind::kInvalidInput, who + " needs bounds that are finite, not empty and below 1e30 in extent");
   }
   GuideBox box;
   const float side = std::max(longest, 1e-30f);  // a single point

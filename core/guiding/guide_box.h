@@ -1,5 +1,5 @@
-// The box that the focal field and the radiance grid divide: the scene's bounds, no side vanishing, nothing of the scene
-// on its faces.
+// The box that the focal field and the radiance grid divide: the scene's bounds, no side vanishing, nothing of the
+// scene on its faces.
 #pragma once
 
 #include <string>

@@ -24,7 +24,8 @@ std::vector<uint16_t> QuantizeShares(std::span<const double> shares) {
   return out;
 }
 
-std::vector<uint16_t> SolveLightSelection(std::span<const ExactSum> sums, std::span<const uint16_t> by_power, std::span<const uint16_t> previous) {
+std::vector<uint16_t> SolveLightSelection(std::span<const ExactSum> sums, std::span<const uint16_t> by_power,
+                                          std::span<const uint16_t> previous) {
   std::vector<double> shares;
   double total = 0;
   for (const ExactSum& sum : sums) {
@@ -33,7 +34,8 @@ std::vector<uint16_t> SolveLightSelection(std::span<const ExactSum> sums, std::s
   }
   if (!(total > 0)) return {previous.begin(), previous.end()};
   for (size_t g = 0; g < shares.size(); ++g)
-    shares[g] = (1 - kLightsByPower) * (shares[g] / total) + kLightsByPower * 0x1p-16 * static_cast<double>(by_power[g]);
+    shares[g] =
+        (1 - kLightsByPower) * (shares[g] / total) + kLightsByPower * 0x1p-16 * static_cast<double>(by_power[g]);
   return QuantizeShares(shares);
 }
 

@@ -7,7 +7,8 @@
 namespace lodestar {
 namespace {
 
-// Cost of a light sample in units of a path vertex: its shadow ray is shorter than a path ray and nothing is shaded at its end.
+// Cost of a light sample in units of a path vertex: its shadow ray is shorter than a path ray and nothing is shaded at
+// its end.
 constexpr double kLightSampleCost = 0.5;
 
 }  // namespace

@@ -1,9 +1,11 @@
-// The learned share q of vertices that sample a light. A light sample costs a shadow ray and a BSDF evaluation; behind a wall it never pays.
+// The learned share q of vertices that sample a light. A light sample costs a shadow ray and a BSDF evaluation; behind
+// a wall it never pays.
 //
-// A vertex's estimate is nee / q + reflected, the light sample taken with probability q. With M_n the second moment of the light sample at q = 1, V_r the
-// variance of the rest and m_n the light sample's mean, variance times cost is (M_n / q + V_r - m_n^2)(q c_n + c_r), c_n and c_r the costs of the light
-// sample and of the rest of the path. Its minimum is q^2 = M_n c_r / ((V_r - m_n^2) c_n): the efficiency-optimal roulette of Bolin and Meyer 1997 for
-// one decision. q stays positive, so the estimate stays unbiased whatever was learned, and the balance heuristic knows q.
+// A vertex's estimate is nee / q + reflected, the light sample taken with probability q. With M_n the second moment of
+// the light sample at q = 1, V_r the variance of the rest and m_n the light sample's mean, variance times cost is (M_n
+// / q + V_r - m_n^2)(q c_n + c_r), c_n and c_r the costs of the light sample and of the rest of the path. Its minimum
+// is q^2 = M_n c_r / ((V_r - m_n^2) c_n): the efficiency-optimal roulette of Bolin and Meyer 1997 for one decision. q
+// stays positive, so the estimate stays unbiased whatever was learned, and the balance heuristic knows q.
 #pragma once
 
 #include <cstdint>

@@ -36,7 +36,8 @@ RadianceGrid::RadianceGrid(GridParts parts)
   const size_t entries = size_t{cell_count()} * direction_count();
   LODESTAR_CHECK(parts_.radiance.size() == entries && parts_.weight.size() == entries);
   last_cell_ = static_cast<float>(parts_.options.cells - 1);
-  for (int axis = 0; axis < 3; ++axis) per_cell_[axis] = static_cast<float>(parts_.options.cells) / parts_.box.sides[axis];
+  for (int axis = 0; axis < 3; ++axis)
+    per_cell_[axis] = static_cast<float>(parts_.options.cells) / parts_.box.sides[axis];
   for (uint32_t cell = 0; cell < cell_count(); ++cell) {
     Estimate(cell);
     double sum = 0;

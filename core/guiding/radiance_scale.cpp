@@ -6,7 +6,9 @@
 
 namespace lodestar {
 
-float RadianceScaleFor(double mean) { return std::ldexp(1.0f, std::clamp(-std::ilogb(mean), -100, 100)); }
+float RadianceScaleFor(double mean) {
+  return std::ldexp(1.0f, std::clamp(-std::ilogb(mean), -100, 100));
+}
 
 float ReadRadianceScale(ByteReader& in) {
   const auto scale = in.Get<float>();

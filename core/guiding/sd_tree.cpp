@@ -21,7 +21,8 @@ uint64_t HashBytes(uint64_t hash, const void* data, size_t size) {
 
 }  // namespace
 
-std::shared_ptr<const SdTree> SdTree::Initial(const Bounds3& bounds, const SdTreeOptions& options, std::span<const float> light_groups) {
+std::shared_ptr<const SdTree> SdTree::Initial(const Bounds3& bounds, const SdTreeOptions& options,
+                                              std::span<const float> light_groups) {
   options.Validate();
   const float size = MaxComponent(bounds.Diagonal());
   if (bounds.empty() || !IsFinite(bounds.min) || !std::isfinite(size) || size > 1e30f) {
@@ -37,7 +38,8 @@ std::shared_ptr<const SdTree> SdTree::Initial(const Bounds3& bounds, const SdTre
   parts.leaves[0].bsdf_fraction = options.initial_bsdf_fraction;
   parts.nodes.resize(1);
   if (light_groups.size() > 1)
-    parts.lights = parts.lights_by_power = QuantizeShares(std::vector<double>(light_groups.begin(), light_groups.end()));
+    parts.lights = parts.lights_by_power =
+        QuantizeShares(std::vector<double>(light_groups.begin(), light_groups.end()));
   return std::make_shared<const SdTree>(std::move(parts));
 }
 

@@ -28,8 +28,8 @@ struct SdTreeLeaf {
   float records = 0;    // records of the last iteration (halved by splits)
   float mean_flux = 0;  // their mean of radiance / pdf: an estimate of the incident radiance's integral over the sphere
   float nee_probability = 1;  // share of vertices that sample a light
-  uint8_t learned = 0;  // 0: the D-tree is uniform for want of records
-  uint8_t depth = 1;    // of the D-tree
+  uint8_t learned = 0;        // 0: the D-tree is uniform for want of records
+  uint8_t depth = 1;          // of the D-tree
 };
 
 // The pieces of a state; SdTree's constructor checks that they fit together.
@@ -42,15 +42,18 @@ struct SdTreeParts {
   std::vector<uint8_t> depths;  // of the spatial leaves, depth first
   std::vector<SdTreeLeaf> leaves;
   std::vector<DirectionalNode> nodes;
-  // Of the scene's groups of lights, in units of 2^-16 (light_selection.h): by power, and each leaf's. Empty where light selection is not learned.
+  // Of the scene's groups of lights, in units of 2^-16 (light_selection.h): by power, and each leaf's. Empty where
+  // light selection is not learned.
   std::vector<uint16_t> lights_by_power, lights;
 };
 
 class SdTree {
  public:
   // One leaf, uniform. Throws Error(kInvalidInput) for bounds that are empty or not finite, or bad options.
-  // light_groups: probabilities by power, for learning to select lights; fewer than two are not worth it and are left out.
-  static std::shared_ptr<const SdTree> Initial(const Bounds3& bounds, const SdTreeOptions& options, std::span<const float> light_groups = {});
+  // light_groups: probabilities by power, for learning to select lights; fewer than two are not worth it and are left
+  // out.
+  static std::shared_ptr<const SdTree> Initial(const Bounds3& bounds, const SdTreeOptions& options,
+                                               std::span<const float> light_groups = {});
   explicit SdTree(SdTreeParts parts);
 
   // Positions outside the bounds belong to the nearest leaf.
@@ -88,11 +91,14 @@ class SdTree {
   const SdTreeLeaf& leaf(uint32_t leaf) const { return leaves_[leaf]; }
   const DirectionalNode* Tree(uint32_t leaf) const { return nodes_.data() + leaves_[leaf].first_node; }
   // Probabilities of the groups of lights, in units of 2^-16; empty where they are not learned.
-  std::span<const uint16_t> Lights(uint32_t leaf) const { return {lights_.data() + leaf * lights_by_power_.size(), lights_by_power_.size()}; }
+  std::span<const uint16_t> Lights(uint32_t leaf) const {
+    return {lights_.data() + leaf * lights_by_power_.size(), lights_by_power_.size()};
+  }
   std::span<const uint16_t> lights_by_power() const { return lights_by_power_; }
   Bounds3 LeafBounds(uint32_t leaf) const { return spatial_.LeafBounds(leaf); }
   size_t memory() const {
-    return spatial_.memory() + leaves_.size() * sizeof(SdTreeLeaf) + nodes_.size() * sizeof(DirectionalNode) + lights_.size() * sizeof(uint16_t);
+    return spatial_.memory() + leaves_.size() * sizeof(SdTreeLeaf) + nodes_.size() * sizeof(DirectionalNode) +
+           lights_.size() * sizeof(uint16_t);
   }
   // A hash of the content, for telling states apart; not a content address.
   uint64_t fingerprint() const { return fingerprint_; }

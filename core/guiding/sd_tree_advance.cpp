@@ -1,9 +1,9 @@
 #include "core/guiding/sd_tree_advance.h"
 
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 #include "core/guiding/light_selection.h"
 #include "core/guiding/radiance_scale.h"
-#include "core/base/parallel.h"
 
 namespace lodestar {
 namespace {
@@ -20,8 +20,8 @@ directional::Tree Copy(const SdTree& tree, uint32_t leaf) {
   return {{nodes, nodes + tree.leaf(leaf).node_count}, tree.leaf(leaf).depth};
 }
 
-// A cell's mass from the sum recorded in it. A second moment over a cell of a given share of the sphere is a density's square times that share
-// (Rath et al. 2020, section 5): the mass is the root of their product.
+// A cell's mass from the sum recorded in it. A second moment over a cell of a given share of the sphere is a density's
+// square times that share (Rath et al. 2020, section 5): the mass is the root of their product.
 double Mass(SdTreeOptions::Target target, double sum, int depth) {
   return target == SdTreeOptions::Target::kRadiance ? sum : std::sqrt(std::ldexp(sum, -2 * depth));
 }
@@ -59,18 +59,21 @@ directional::CellMasses RecordedMasses(const SdTree& tree, const SdTreeStatistic
 
 namespace {
 
-directional::Tree RebuildTree(const SdTree& tree, directional::CellMasses masses, bool reconstruct, double flux_threshold) {
+directional::Tree RebuildTree(const SdTree& tree, directional::CellMasses masses, bool reconstruct,
+                              double flux_threshold) {
   using Reconstruction = SdTreeOptions::Reconstruction;
   const SdTreeOptions& options = tree.options();
   if (reconstruct && options.reconstruction == Reconstruction::kDense)
-    return directional::ReconstructDense(masses, {.sigma = options.dense_sigma}, flux_threshold, options.max_directional_depth);
+    return directional::ReconstructDense(masses, {.sigma = options.dense_sigma}, flux_threshold,
+                                         options.max_directional_depth);
   if (reconstruct && options.reconstruction == Reconstruction::kNative)
     return directional::ReconstructNative(masses, flux_threshold, options.max_directional_depth);
-  return directional::Rebuild(masses.nodes, masses.node_count, std::move(masses.total), flux_threshold, options.max_directional_depth);
+  return directional::Rebuild(masses.nodes, masses.node_count, std::move(masses.total), flux_threshold,
+                              options.max_directional_depth);
 }
 
-RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf, bool reconstruct, double flux_threshold,
-                        double split_threshold) {
+RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf, bool reconstruct,
+                        double flux_threshold, double split_threshold) {
   const SdTreeOptions& options = tree.options();
   const SdTreeStatistics::LeafSums& sums = statistics.leaf(leaf);
   RebuiltLeaf out;
@@ -94,7 +97,8 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
   if (options.bsdf_fraction_loss != SdTreeOptions::BsdfFractionLoss::kNone) {
     out.leaf.bsdf_fraction = SolveBsdfFraction(sums.fraction, out.leaf.bsdf_fraction, kFractionPriorRecords);
   }
-  if (options.learn_nee) out.leaf.nee_probability = SolveNeeProbability(sums.nee, out.leaf.nee_probability, options.min_records);
+  if (options.learn_nee)
+    out.leaf.nee_probability = SolveNeeProbability(sums.nee, out.leaf.nee_probability, options.min_records);
   out.lights.assign(tree.Lights(leaf).begin(), tree.Lights(leaf).end());
   // As many light samples as another distribution needs records.
   if (!out.lights.empty() && records * tree.leaf(leaf).nee_probability >= options.min_records)
@@ -109,7 +113,8 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
 
 // Which trees are reconstructed: all, but for the document's own limit on the cost of its method.
 std::vector<uint8_t> Reconstructed(const SdTree& tree) {
-  if (tree.options().reconstruction != SdTreeOptions::Reconstruction::kDense) return std::vector<uint8_t>(tree.leaf_count(), 1);
+  if (tree.options().reconstruction != SdTreeOptions::Reconstruction::kDense)
+    return std::vector<uint8_t>(tree.leaf_count(), 1);
   std::vector<int> depths;
   for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) depths.push_back(tree.leaf(leaf).depth);
   return directional::WithinWorkload(depths, static_cast<int>(tree.iteration()));

@@ -19,8 +19,8 @@ namespace lodestar {
 // on.
 std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics, double samples_per_pixel);
 
-// What was recorded in a leaf's cells, as Advance() rebuilds its D-tree from: in the target's unit, the halves apart where
-// the statistics keep them.
+// What was recorded in a leaf's cells, as Advance() rebuilds its D-tree from: in the target's unit, the halves apart
+// where the statistics keep them.
 directional::CellMasses RecordedMasses(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf);
 
 }  // namespace lodestar

@@ -46,7 +46,8 @@ class Linker {
 
 // Probabilities in units of 2^-16.
 bool IsSelection(std::span<const uint16_t> shares) {
-  return std::find(shares.begin(), shares.end(), 0) == shares.end() && std::accumulate(shares.begin(), shares.end(), 0u) == 65536;
+  return std::find(shares.begin(), shares.end(), 0) == shares.end() &&
+         std::accumulate(shares.begin(), shares.end(), 0u) == 65536;
 }
 
 }  // namespace
@@ -124,11 +125,13 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
     in.Fail("has arrays of different lengths");
   }
   const size_t groups = parts.lights_by_power.size();
-  if (groups == 1 || groups > kMostLightGroups || parts.lights.size() != leaves * groups) in.Fail("has light probabilities of another number");
+  if (groups == 1 || groups > kMostLightGroups || parts.lights.size() != leaves * groups)
+    in.Fail("has light probabilities of another number");
   if (groups > 0) {
     if (!IsSelection(parts.lights_by_power)) in.Fail("has light probabilities that are no distribution");
     for (size_t i = 0; i < leaves; ++i) {
-      if (!IsSelection(std::span(parts.lights).subspan(i * groups, groups))) in.Fail("has light probabilities that are no distribution");
+      if (!IsSelection(std::span(parts.lights).subspan(i * groups, groups)))
+        in.Fail("has light probabilities that are no distribution");
     }
   }
   if (!SpatialTree::FromDepths(parts.corner, parts.size, parts.depths)) in.Fail("has a broken spatial tree");
@@ -152,11 +155,12 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
                           .Link();
     if (depth == 0) in.Fail("has a broken directional tree");
     if (learned[i] > 1 || !(fractions[i] >= kMinBsdfFraction && fractions[i] <= kMaxBsdfFraction) ||
-        !(records[i] >= 0) || !std::isfinite(records[i]) || !(flux[i] >= 0) || !std::isfinite(flux[i]) || !(nee[i] > 0 && nee[i] <= 1)) {
+        !(records[i] >= 0) || !std::isfinite(records[i]) || !(flux[i] >= 0) || !std::isfinite(flux[i]) ||
+        !(nee[i] > 0 && nee[i] <= 1)) {
       in.Fail("has an invalid leaf");
     }
-    parts.leaves[i] = {static_cast<uint32_t>(first), counts[i], fractions[i], records[i], flux[i], nee[i],
-                       learned[i], static_cast<uint8_t>(depth)};
+    parts.leaves[i] = {static_cast<uint32_t>(first), counts[i], fractions[i], records[i], flux[i], nee[i], learned[i],
+                       static_cast<uint8_t>(depth)};
     first += counts[i];
   }
   if (first != masks.size()) in.Fail("has nodes of no tree");

@@ -18,15 +18,17 @@ struct SdTreeOptions {
   // What the learned share of BSDF sampling minimises; kNone keeps initial_bsdf_fraction. KL is robust to outliers.
   enum class BsdfFractionLoss : uint8_t { kNone, kKl, kVariance };
 
-  // What the directional trees are proportional to (Rath et al. 2020, "Variance-Aware Path Guiding", and Mueller et al. 2017):
+  // What the directional trees are proportional to (Rath et al. 2020, "Variance-Aware Path Guiding", and Mueller et al.
+  // 2017):
   //   radiance  the incident radiance;
-  //   simple    the root of the second moment of f cos L: what f cos weighs down is guided to less, and so is what has no noise;
-  //   full      the same, of a path's contribution relative to its pixel: dark pixels count as much as bright ones;
-  //   switching simple, and full from the fourth training iteration after the first on (Nilsson 2023, section 4.3): a full target needs
+  //   simple    the root of the second moment of f cos L: what f cos weighs down is guided to less, and so is what has
+  //   no noise; full      the same, of a path's contribution relative to its pixel: dark pixels count as much as bright
+  //   ones; switching simple, and full from the fourth training iteration after the first on (Nilsson 2023,
+  //   section 4.3): a full target needs
   //             pixel estimates that the first iterations do not have.
   enum class Target : uint8_t { kRadiance, kSimple, kFull, kSwitching };
-  // How a tree is made from its sums: as they are; by hierarchical Gaussian filtering of dense matrices (Nilsson 2023); or on the tree
-  // itself with a width found by cross-validation (docs/decisions/0008-reconstruction.md).
+  // How a tree is made from its sums: as they are; by hierarchical Gaussian filtering of dense matrices (Nilsson 2023);
+  // or on the tree itself with a width found by cross-validation (docs/decisions/0008-reconstruction.md).
   enum class Reconstruction : uint8_t { kNone, kDense, kNative };
 
   float spatial_threshold =
@@ -40,8 +42,8 @@ struct SdTreeOptions {
   float initial_bsdf_fraction = 0.5f;  // within [0.05, 0.95]
   Target target = Target::kRadiance;
   Reconstruction reconstruction = Reconstruction::kNone;
-  float dense_sigma = 0.5f;    // of kDense's Gaussian, in cells of its layer; 0.1 to 3
-  bool learn_nee = false;      // learn the share of vertices that sample a light, per leaf
+  float dense_sigma = 0.5f;  // of kDense's Gaussian, in cells of its layer; 0.1 to 3
+  bool learn_nee = false;    // learn the share of vertices that sample a light, per leaf
   float min_records = 128;  // a leaf with fewer records keeps its previous distribution; 1 is the papers' behaviour but
                             // for empty leaves
   uint64_t max_nodes =

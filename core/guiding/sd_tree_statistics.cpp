@@ -45,7 +45,8 @@ std::optional<SdTreeStatistics::Pending> SdTreeStatistics::Gate(const SdTreeReco
   const float flux = bounded(r.radiance / r.pdf * tree_->radiance_scale());
   float value = flux;
   if (target_ != Target::kRadiance) {
-    // Weighted by the share of the sample that is the tree's own (Rath et al. 2020, section 5): the rest is the BSDF's to deal with.
+    // Weighted by the share of the sample that is the tree's own (Rath et al. 2020, section 5): the rest is the BSDF's
+    // to deal with.
     const float share = tree_->HasLearned(r.leaf) ? r.tree_pdf / r.pdf : 1.0f;
     const float weighted = Product(r) * share;
     value = bounded(weighted * (weighted / r.pdf));
@@ -69,7 +70,8 @@ void SdTreeStatistics::Record(const LightRecord& r) {
   const float direct = r.direct * tree_->radiance_scale();
   if (!(direct > 0) || !(direct <= std::numeric_limits<float>::max())) return;
   Touch(r.leaf);
-  lights_[r.leaf * groups_ + r.group].Add(std::min(direct * (direct * r.probability), std::numeric_limits<float>::max()));
+  lights_[r.leaf * groups_ + r.group].Add(
+      std::min(direct * (direct * r.probability), std::numeric_limits<float>::max()));
 }
 
 void SdTreeStatistics::AddFraction(const SdTreeRecord& r) {

@@ -33,8 +33,8 @@ struct SdTreeRecord {
 
 // The two parts of the light that a vertex reflects, for choosing how often to sample a light there.
 struct NeeRecord {
-  float direct = 0;     // lum of the MIS-weighted light sample, divided by its probability; 0 where none was taken
-  float reflected = 0;  // lum of what came along the sampled direction, f cos / pdf included
+  float direct = 0;       // lum of the MIS-weighted light sample, divided by its probability; 0 where none was taken
+  float reflected = 0;    // lum of what came along the sampled direction, f cos / pdf included
   uint32_t vertices = 1;  // of the path from here on, this one included
   uint32_t leaf = 0;
 };
@@ -59,7 +59,7 @@ class SdTreeStatistics {
   // Sums of one spatial leaf.
   struct alignas(64) LeafSums {
     FractionSums fraction;
-    ExactSum flux;        // scaled radiance / pdf
+    ExactSum flux;  // scaled radiance / pdf
     NeeSums nee;
     uint64_t weight = 0;  // records, in units of 2^-24 (the box filter shares them out)
     double records() const { return static_cast<double>(weight) * 0x1p-24; }
@@ -71,7 +71,8 @@ class SdTreeStatistics {
 
   // u_spatial in [0, 1)^3 is used by the stochastic filter only.
   void Record(const SdTreeRecord& record, Vec3 u_spatial, uint32_t half = 0);
-  // A path's records at once, which hides the memory's latency; the jitter of record i is a hash of (key, i). All go to one half.
+  // A path's records at once, which hides the memory's latency; the jitter of record i is a hash of (key, i). All go to
+  // one half.
   void Record(std::span<const SdTreeRecord> records, uint64_t key);
   void Record(const NeeRecord& record);
   void Record(const LightRecord& record);  // only where the state selects lights

@@ -1,5 +1,6 @@
-// The statistics' bytes, version 3: header, totals, then per touched leaf its weight, fraction sums and non-zero sums of lights and slots.
-// Indices are written as varint differences, sums as their significant bytes behind one byte that says which.
+// The statistics' bytes, version 3: header, totals, then per touched leaf its weight, fraction sums and non-zero sums
+// of lights and slots. Indices are written as varint differences, sums as their significant bytes behind one byte that
+// says which.
 #include "core/base/check.h"
 #include "core/guiding/sd_tree_statistics.h"
 
@@ -176,7 +177,8 @@ SdTreeStatistics SdTreeStatistics::Parse(std::shared_ptr<const SdTree> tree, std
         sums.fraction.SetGradientUnits(g, units);
       }
     }
-    if (statistics.groups_ > 0) GetSums(in, {statistics.lights_.data() + leaf * statistics.groups_, statistics.groups_});
+    if (statistics.groups_ > 0)
+      GetSums(in, {statistics.lights_.data() + leaf * statistics.groups_, statistics.groups_});
     GetSums(in, {statistics.slots_.data() + statistics.FirstSum(leaf), statistics.SumCount(leaf)});
   }
   in.ExpectEnd();

@@ -58,7 +58,8 @@ AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
   const std::string text = "," + given.Text("candidates") + ",";
   for (size_t begin = 0, end; (end = text.find(',', begin + 1)) != std::string::npos; begin = end) {
     const std::string name = text.substr(begin + 1, end - begin - 1);
-    const bool repeated = std::any_of(candidates_.begin(), candidates_.end(), [&](const Candidate& c) { return c.method->name() == name; });
+    const bool repeated = std::any_of(candidates_.begin(), candidates_.end(),
+                                      [&](const Candidate& c) { return c.method->name() == name; });
     if (repeated) given.Refuse("candidates");
     // Both pilots end in sixteen passes, so that they are measured alike; a tree needs the fifteen before to be one.
     if (name == "path") {
@@ -114,7 +115,8 @@ std::unique_ptr<Statistics> AutoMethod::NewStatistics(const std::shared_ptr<cons
   return ActiveMethod(*state).NewStatistics(ActiveState(*state));
 }
 
-std::unique_ptr<Statistics> AutoMethod::ParseStatistics(const std::shared_ptr<const State>& state, std::string_view bytes) const {
+std::unique_ptr<Statistics> AutoMethod::ParseStatistics(const std::shared_ptr<const State>& state,
+                                                        std::string_view bytes) const {
   return ActiveMethod(*state).ParseStatistics(ActiveState(*state), bytes);
 }
 
@@ -149,7 +151,8 @@ uint32_t AutoMethod::Winner(const std::vector<PilotResult>& results) const {
     const PilotResult *result = LastOf(results, c), *leader = LastOf(results, best);
     if (result == nullptr) continue;
     // Of equals the first, which is the simplest.
-    if (leader == nullptr || CompareEfficiency(*result, *leader).value * Promise(results, c) > Promise(results, best)) best = c;
+    if (leader == nullptr || CompareEfficiency(*result, *leader).value * Promise(results, c) > Promise(results, best))
+      best = c;
   }
   return best;
 }
@@ -160,7 +163,8 @@ void AutoMethod::Decide(AutoState::Parts* parts) const {
   parts->settled = true;
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
     const PilotResult* other = LastOf(parts->results, c);
-    if (c != parts->active && own != nullptr && other != nullptr && CompareEfficiency(*own, *other).value < 1) parts->settled = false;
+    if (c != parts->active && own != nullptr && other != nullptr && CompareEfficiency(*own, *other).value < 1)
+      parts->settled = false;
   }
   for (uint32_t c = 0; parts->settled && c < candidates_.size(); ++c) {
     if (c != parts->active) parts->states[c] = nullptr;
@@ -178,7 +182,8 @@ std::vector<PilotResult> AutoMethod::Measure(const IterationResult& result, cons
   return results;
 }
 
-std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const State>& state, const IterationResult& result) const {
+std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const State>& state,
+                                                 const IterationResult& result) const {
   AutoState::Parts parts = PartsOf(*state);
   const uint32_t pilot = PilotIterations(), next = result.iteration + 1;
   const Candidate& active = candidates_[parts.active];
@@ -214,9 +219,11 @@ std::string AutoMethod::Explain(const State& state) const {
     if (c == parts.active || own == nullptr || other == nullptr) continue;
     const EfficiencyRatio ratio = CompareEfficiency(*own, *other);
     char line[200];
-    std::snprintf(line, sizeof line, "; %s left out: %s was %.2f times as efficient (95 %%: %.2f to %.2f; %llu against %llu passes)",
-                  std::string(candidates_[c].method->name()).c_str(), chosen.c_str(), ratio.value, ratio.low, ratio.high,
-                  static_cast<unsigned long long>(own->passes), static_cast<unsigned long long>(other->passes));
+    std::snprintf(line, sizeof line,
+                  "; %s left out: %s was %.2f times as efficient (95 %%: %.2f to %.2f; %llu against %llu passes)",
+                  std::string(candidates_[c].method->name()).c_str(), chosen.c_str(), ratio.value, ratio.low,
+                  ratio.high, static_cast<unsigned long long>(own->passes),
+                  static_cast<unsigned long long>(other->passes));
     text += line;
   }
   return text;
@@ -228,7 +235,8 @@ std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) cons
   parts.active = in.Get<uint32_t>();
   const auto settled = in.Get<uint8_t>(), decided = in.Get<uint8_t>();
   const auto count = in.Get<uint32_t>();
-  if (count != candidates_.size() || parts.active >= count || settled > 1 || decided > 1) in.Fail("has other candidates than its job");
+  if (count != candidates_.size() || parts.active >= count || settled > 1 || decided > 1)
+    in.Fail("has other candidates than its job");
   parts.settled = settled != 0;
   parts.decided = decided != 0;
   for (const Candidate& candidate : candidates_) {
@@ -245,7 +253,8 @@ std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) cons
   if (results > 64) in.Fail("has more results than a race can have");
   for (uint32_t i = 0; i < results; ++i) {
     parts.results.push_back(PilotResult::Read(in));
-    if (parts.results.back().candidate >= count || parts.results.back().variances.size() != parts.results.front().variances.size())
+    if (parts.results.back().candidate >= count ||
+        parts.results.back().variances.size() != parts.results.front().variances.size())
       in.Fail("has a result of no candidate");
   }
   in.ExpectEnd();

@@ -48,9 +48,9 @@ struct Survey {
   Bounds3 bounds;
   uint32_t resolution_x = 0, resolution_y = 0;
   int max_depth = 0;
-  uint64_t scene_spp = 16;  // the file's own samples per pixel
-  std::string scene_hash;   // hex
-  std::string needs;        // readable
+  uint64_t scene_spp = 16;          // the file's own samples per pixel
+  std::string scene_hash;           // hex
+  std::string needs;                // readable
   std::vector<float> light_groups;  // probability of picking each by power; at most kMaxLightGroups, all positive
   static constexpr size_t kMaxLightGroups = 32;
   // Of a lenient job: "file:line:column: what", as seen from the scene's folder. It travels with every lease, so a long

@@ -1,5 +1,5 @@
-// The statistics of a method whose units record into one accumulator of core/guiding: SdTreeStatistics, FocalStatistics,
-// GridStatistics.
+// The statistics of a method whose units record into one accumulator of core/guiding: SdTreeStatistics,
+// FocalStatistics, GridStatistics.
 #pragma once
 
 #include "core/base/check.h"

@@ -56,11 +56,11 @@ struct IterationFilm {
 struct IterationResult {
   const Statistics* statistics = nullptr;  // null: no unit recorded anything
   uint32_t iteration = 0;
-  uint64_t passes = 0;            // of this iteration
-  const Image* image = nullptr;  // the job's image so far; null where there is none
+  uint64_t passes = 0;                        // of this iteration
+  const Image* image = nullptr;               // the job's image so far; null where there is none
   std::span<const IterationFilm> films = {};  // those it is made of; this iteration's is the last
-  uint64_t rays = 0, vertices = 0;  // of this iteration
-  bool last = false;  // training ends here: the state to come renders the rest of the job
+  uint64_t rays = 0, vertices = 0;            // of this iteration
+  bool last = false;                          // training ends here: the state to come renders the rest of the job
 };
 
 struct OptionHelp {

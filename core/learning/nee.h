@@ -11,7 +11,8 @@ enum class NeeMode : uint8_t { kNever, kKickstart, kAlways, kLearned };
 inline constexpr uint32_t kKickstartIterations = 3;
 
 constexpr bool UsesNee(NeeMode mode, uint32_t iteration) {
-  return mode == NeeMode::kAlways || mode == NeeMode::kLearned || (mode == NeeMode::kKickstart && iteration < kKickstartIterations);
+  return mode == NeeMode::kAlways || mode == NeeMode::kLearned ||
+         (mode == NeeMode::kKickstart && iteration < kKickstartIterations);
 }
 
 }  // namespace lodestar

@@ -24,7 +24,8 @@ class PathMethod final : public Method {
   std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>&) const override { return nullptr; }
   std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
                                               std::string_view bytes) const override;
-  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state, const IterationResult&) const override {
+  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
+                                       const IterationResult&) const override {
     return state;
   }
   uint64_t IterationPasses(uint32_t) const override { return 0; }

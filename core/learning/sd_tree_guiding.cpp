@@ -43,18 +43,22 @@ std::shared_ptr<const State> SdTreeMethod::Initial() const {
 std::shared_ptr<const State> SdTreeMethod::ParseState(std::string_view bytes) const {
   auto state = SdTreeState::Parse(bytes);
   if (!(state->tree().options() == options_.tree))
-    throw Error(ErrorKind::kConflict, "a guiding state was made with other options than its job's; submit the job again");
-  if (!std::ranges::equal(state->tree().lights_by_power(), SdTree::Initial(bounds_, options_.tree, light_groups_)->lights_by_power()))
+    throw Error(ErrorKind::kConflict,
+                "a guiding state was made with other options than its job's; submit the job again");
+  if (!std::ranges::equal(state->tree().lights_by_power(),
+                          SdTree::Initial(bounds_, options_.tree, light_groups_)->lights_by_power()))
     throw Error(ErrorKind::kConflict, "a guiding state was made for other lights than its job's; submit the job again");
   const bool complete = !NeedsPixels(state->tree()) || !state->pixels().empty();
-  if (!complete || (!state->pixels().empty() && (state->pixels().width != resolution_x_ || state->pixels().height != resolution_y_))) {
+  if (!complete || (!state->pixels().empty() &&
+                    (state->pixels().width != resolution_x_ || state->pixels().height != resolution_y_))) {
     throw Error(ErrorKind::kCorrupt, "a guiding state has a pixel estimate of another size than its job's image");
   }
   return state;
 }
 
 bool SdTreeMethod::NeedsPixels(const SdTree& tree) const {
-  return tree.target() == SdTreeOptions::Target::kFull || (options_.roulette == Roulette::kPixel && tree.iteration() > 0);
+  return tree.target() == SdTreeOptions::Target::kFull ||
+         (options_.roulette == Roulette::kPixel && tree.iteration() > 0);
 }
 
 std::unique_ptr<Statistics> SdTreeMethod::NewStatistics(const std::shared_ptr<const State>& state) const {

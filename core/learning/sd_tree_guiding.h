@@ -15,7 +15,8 @@ namespace lodestar {
 class SdTreeState final : public State {
  public:
   // `pixels` is empty where neither target nor roulette need it.
-  SdTreeState(std::shared_ptr<const SdTree> tree, PixelEstimate pixels) : tree_(std::move(tree)), pixels_(std::move(pixels)) {}
+  SdTreeState(std::shared_ptr<const SdTree> tree, PixelEstimate pixels)
+      : tree_(std::move(tree)), pixels_(std::move(pixels)) {}
   // Throws Error(kCorrupt).
   static std::shared_ptr<const SdTreeState> Parse(std::string_view bytes);
   const SdTree& tree() const { return *tree_; }
@@ -36,14 +37,15 @@ class SdTreeGuidingStatistics final : public LearnedSums<SdTreeStatistics> {
 
 class SdTreeMethod final : public Method {
  public:
-  // What is recorded of emission that next event estimation could have found: all, its share by multiple importance sampling, nothing.
+  // What is recorded of emission that next event estimation could have found: all, its share by multiple importance
+  // sampling, nothing.
   enum class Learn : uint8_t { kAll, kWeighted, kIndirect };
   struct Options {
     SdTreeOptions tree = SdTreeOptions::Recommended();
     NeeMode nee = NeeMode::kLearned;
     Learn learn = Learn::kWeighted;
     bool learn_lights = true;  // which lights to sample, per leaf; else by power
-    bool product = false;  // guide by tree times BSDF
+    bool product = false;      // guide by tree times BSDF
     Roulette roulette = Roulette::kPixel;
     Combination combination;
     int training = -1;  // iterations; -1: decided by the budget

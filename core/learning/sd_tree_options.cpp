@@ -45,63 +45,67 @@ void ReadBsdfFraction(const MethodOptions& given, SdTreeOptions* tree) {
 
 MethodEntry SdTreeMethod::Entry() {
   const std::string preset = "the preset's";
-  return {"sdtree",
-          "path tracing guided by a learned SD-tree (Mueller et al. 2017, 2019)",
-          {
-              {"preset", "default | 2017 | 2019", "default",
-               "starting values of the other options: ours (recommended), or those of the papers, for comparisons"},
-              {"nee", "never | kickstart | always | learned", preset,
-               "next event estimation; kickstart: in the first three iterations only; learned: at the share of the vertices "
-               "that lowers variance times cost most, found per leaf. Default learned (recommended); 2017 never, 2019 "
-               "kickstart"},
-              {"lights", "power | learned", preset,
-               "which lights are sampled: by power; or by what arrives from them, in up to 32 groups, learned per leaf. Default learned (recommended), papers power"},
-              {"target", "radiance | simple | full | switching", preset,
-               "what the trees are proportional to: incident radiance; the root of the second moment of what a vertex "
-               "reflects (Rath et al. 2020); the same relative to the pixel; simple first and full from the fifth iteration "
-               "on (Nilsson 2023). Default switching (recommended); papers, and with a product, radiance"},
-              {"reconstruction", "none | dense | native", preset,
-               "smoothing of the trees: as the 2023 document does, on matrices; or on the trees, with a strength found by "
-               "cross-validation. Default native (recommended); papers none"},
-              {"dense-sigma", "a number from 0.1 to 3", preset,
-               "width of dense reconstruction's Gaussian, in cells of a layer. Default 0.5"},
-              {"product", "on | off", preset,
-               "draw directions from the product of tree and BSDF (Diolatzis et al. 2020); for target radiance, as the "
-               "others contain the BSDF. Default and papers off; pays on glossy scenes"},
-              {"learn", "all | weighted | indirect", preset,
-               "what is recorded of light that next event estimation finds as well: all of it; its share by multiple "
-               "importance sampling; nothing. Default and papers weighted"},
-              {"roulette", "throughput | contribution | pixel", preset,
-               "what decides on a path's survival: its throughput, as without guiding; what the tree expects it to add, "
-               "against what its first vertex expects; the same against the pixel's estimate (Vorba and Krivanek 2016). "
-               "Default pixel (recommended); 2017 and 2019 throughput"},
-              {"combine", "discard | automatic | inverse-variance", preset,
-               "how iterations become the image: the longest alone; the same, and training stops once the predicted "
-               "final variance stops falling; the "
-               "last four by their variance. Default and 2019 inverse-variance (recommended), 2017 automatic; discard "
-               "is strictly unbiased"},
-              {"spatial-filter", "nearest | stochastic | box", preset,
-               "which spatial leaves a record goes to. Default and 2019 stochastic (recommended), 2017 nearest; box is "
-               "smoothest and slowest"},
-              {"directional-filter", "nearest | box", preset,
-               "the same for directions. Default and 2019 box (recommended), 2017 nearest"},
-              {"bsdf-fraction", "learned-kl | learned-variance | a number from 0.05 to 0.95", preset,
-               "share of directions that the BSDF samples: learned per leaf, or fixed. Default and 2019 learned-kl "
-               "(recommended), 2017 0.5; "
-               "learned-variance is optimal in theory and suffers from outliers"},
-              {"spatial-threshold", "a number from 1 to 1e12", preset,
-               "c: a spatial leaf splits above c * sqrt(passes / 4) records. Default 700, 2019 4000, 2017 12000"},
-              {"flux-threshold", "a number from 1e-5 to 1", preset,
-               "a directional cell splits above this share of its tree's flux. Default and papers 0.01"},
-              {"max-depth", "an integer from 1 to 20", preset, "levels of a directional tree. Default and papers 20"},
-              {"training", "auto | a number of iterations from 0 to 30", "auto",
-               "iterations to learn in before the last one, which only renders; iteration k has 2^k passes. auto "
-               "(recommended): as many as leave "
-               "at least half of the budget to the last"},
-          }};
+  return {
+      "sdtree",
+      "path tracing guided by a learned SD-tree (Mueller et al. 2017, 2019)",
+      {
+          {"preset", "default | 2017 | 2019", "default",
+           "starting values of the other options: ours (recommended), or those of the papers, for comparisons"},
+          {"nee", "never | kickstart | always | learned", preset,
+           "next event estimation; kickstart: in the first three iterations only; learned: at the share of the "
+           "vertices "
+           "that lowers variance times cost most, found per leaf. Default learned (recommended); 2017 never, 2019 "
+           "kickstart"},
+          {"lights", "power | learned", preset,
+           "which lights are sampled: by power; or by what arrives from them, in up to 32 groups, learned per leaf. "
+           "Default learned (recommended), papers power"},
+          {"target", "radiance | simple | full | switching", preset,
+           "what the trees are proportional to: incident radiance; the root of the second moment of what a vertex "
+           "reflects (Rath et al. 2020); the same relative to the pixel; simple first and full from the fifth "
+           "iteration "
+           "on (Nilsson 2023). Default switching (recommended); papers, and with a product, radiance"},
+          {"reconstruction", "none | dense | native", preset,
+           "smoothing of the trees: as the 2023 document does, on matrices; or on the trees, with a strength found by "
+           "cross-validation. Default native (recommended); papers none"},
+          {"dense-sigma", "a number from 0.1 to 3", preset,
+           "width of dense reconstruction's Gaussian, in cells of a layer. Default 0.5"},
+          {"product", "on | off", preset,
+           "draw directions from the product of tree and BSDF (Diolatzis et al. 2020); for target radiance, as the "
+           "others contain the BSDF. Default and papers off; pays on glossy scenes"},
+          {"learn", "all | weighted | indirect", preset,
+           "what is recorded of light that next event estimation finds as well: all of it; its share by multiple "
+           "importance sampling; nothing. Default and papers weighted"},
+          {"roulette", "throughput | contribution | pixel", preset,
+           "what decides on a path's survival: its throughput, as without guiding; what the tree expects it to add, "
+           "against what its first vertex expects; the same against the pixel's estimate (Vorba and Krivanek 2016). "
+           "Default pixel (recommended); 2017 and 2019 throughput"},
+          {"combine", "discard | automatic | inverse-variance", preset,
+           "how iterations become the image: the longest alone; the same, and training stops once the predicted "
+           "final variance stops falling; the "
+           "last four by their variance. Default and 2019 inverse-variance (recommended), 2017 automatic; discard "
+           "is strictly unbiased"},
+          {"spatial-filter", "nearest | stochastic | box", preset,
+           "which spatial leaves a record goes to. Default and 2019 stochastic (recommended), 2017 nearest; box is "
+           "smoothest and slowest"},
+          {"directional-filter", "nearest | box", preset,
+           "the same for directions. Default and 2019 box (recommended), 2017 nearest"},
+          {"bsdf-fraction", "learned-kl | learned-variance | a number from 0.05 to 0.95", preset,
+           "share of directions that the BSDF samples: learned per leaf, or fixed. Default and 2019 learned-kl "
+           "(recommended), 2017 0.5; "
+           "learned-variance is optimal in theory and suffers from outliers"},
+          {"spatial-threshold", "a number from 1 to 1e12", preset,
+           "c: a spatial leaf splits above c * sqrt(passes / 4) records. Default 700, 2019 4000, 2017 12000"},
+          {"flux-threshold", "a number from 1e-5 to 1", preset,
+           "a directional cell splits above this share of its tree's flux. Default and papers 0.01"},
+          {"max-depth", "an integer from 1 to 20", preset, "levels of a directional tree. Default and papers 20"},
+          {"training", "auto | a number of iterations from 0 to 30", "auto",
+           "iterations to learn in before the last one, which only renders; iteration k has 2^k passes. auto "
+           "(recommended): as many as leave "
+           "at least half of the budget to the last"},
+      }};
 }
 
-SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey) 
+SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
     : bounds_(survey.bounds), resolution_x_(survey.resolution_x), resolution_y_(survey.resolution_y) {
   using Kind = Combination::Kind;
   using Tree = SdTreeOptions;
@@ -125,20 +129,23 @@ SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
                                                         {"switching", Tree::Target::kSwitching}});
   }
   if (given.Has("reconstruction")) {
-    tree.reconstruction = given.Choice<Tree::Reconstruction>("reconstruction", {{"none", Tree::Reconstruction::kNone},
-                                                                                {"dense", Tree::Reconstruction::kDense},
-                                                                                {"native", Tree::Reconstruction::kNative}});
+    tree.reconstruction =
+        given.Choice<Tree::Reconstruction>("reconstruction", {{"none", Tree::Reconstruction::kNone},
+                                                              {"dense", Tree::Reconstruction::kDense},
+                                                              {"native", Tree::Reconstruction::kNative}});
   }
   if (given.Has("dense-sigma")) tree.dense_sigma = static_cast<float>(given.Number("dense-sigma", 0.1, 3));
   if (given.Has("product")) options_.product = given.Choice<bool>("product", {{"on", true}, {"off", false}});
   if (options_.product && !given.Has("target")) tree.target = Tree::Target::kRadiance;
   if (options_.product && tree.target != Tree::Target::kRadiance) {
-    throw Error(ErrorKind::kInvalidInput,
-                "option 'product' of method 'sdtree' needs target=radiance: the other targets contain the BSDF already, "
-                "which the product would count twice");
+    throw Error(
+        ErrorKind::kInvalidInput,
+        "option 'product' of method 'sdtree' needs target=radiance: the other targets contain the BSDF already, "
+        "which the product would count twice");
   }
   if (given.Has("learn")) {
-    options_.learn = given.Choice<Learn>("learn", {{"all", Learn::kAll}, {"weighted", Learn::kWeighted}, {"indirect", Learn::kIndirect}});
+    options_.learn = given.Choice<Learn>(
+        "learn", {{"all", Learn::kAll}, {"weighted", Learn::kWeighted}, {"indirect", Learn::kIndirect}});
   }
   if (given.Has("roulette")) {
     options_.roulette = given.Choice<Roulette>("roulette", {{"throughput", Roulette::kThroughput},

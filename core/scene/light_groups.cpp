@@ -63,7 +63,8 @@ void LightGroups::Split(std::span<const Light> lights, std::span<uint32_t> membe
   // Where the two sides' powers differ least; neither is empty.
   size_t left = 1;
   double sum = lights[members[0]].probability;
-  while (left + 1 < members.size() && std::fabs(2 * (sum + lights[members[left]].probability) - power) <= std::fabs(2 * sum - power))
+  while (left + 1 < members.size() &&
+         std::fabs(2 * (sum + lights[members[left]].probability) - power) <= std::fabs(2 * sum - power))
     sum += lights[members[left++]].probability;
   // Half of the groups to each side, but no more than it has lights.
   const size_t right = members.size() - left;
@@ -81,13 +82,16 @@ LightGroups::Choice LightGroups::Sample(LightGroupWeights weights, float u, floa
   uint32_t group = 0, start = 0;
   while (group + 1 < weights.size() && units >= start + weights[group]) start += weights[group++];
   // u has steps of 2^-24.
-  const float inside = (static_cast<float>(units - start) + (scaled - static_cast<float>(units)) + 0x1p-8f * fine) / static_cast<float>(weights[group]);
+  const float inside = (static_cast<float>(units - start) + (scaled - static_cast<float>(units)) + 0x1p-8f * fine) /
+                       static_cast<float>(weights[group]);
   const uint32_t member = tables_[group].Sample(std::min(inside, kOneMinusEpsilon));
-  return {members_[first_member_[group] + member], static_cast<uint8_t>(group), Ratio(weights, static_cast<uint8_t>(group))};
+  return {members_[first_member_[group] + member], static_cast<uint8_t>(group),
+          Ratio(weights, static_cast<uint8_t>(group))};
 }
 
 size_t LightGroups::memory_bytes() const {
-  return group_.size() + members_.size() * (sizeof(uint32_t) + 12) + shares_.size() * (2 * sizeof(float) + sizeof(AliasTable));
+  return group_.size() + members_.size() * (sizeof(uint32_t) + 12) +
+         shares_.size() * (2 * sizeof(float) + sizeof(AliasTable));
 }
 
 }  // namespace lodestar

@@ -1,9 +1,11 @@
-// Groups of lights whose share of the light samples can be learned. Lights near each other are mostly seen from the same places, so a few groups hold
-// most of what a place can learn about visibility, whatever the number of lights; within a group power decides.
+// Groups of lights whose share of the light samples can be learned. Lights near each other are mostly seen from the
+// same places, so a few groups hold most of what a place can learn about visibility, whatever the number of lights;
+// within a group power decides.
 //
-// The groups depend on the scene alone: recursive splits at the median of power along the longest axis of the lights' middles, down to lights that are
-// closer to each other than their size (the two triangles of a square). All environments are one
-// group (they are sampled as one strategy); distant lights have no place and are one each, the last group taking the rest.
+// The groups depend on the scene alone: recursive splits at the median of power along the longest axis of the lights'
+// middles, down to lights that are closer to each other than their size (the two triangles of a square). All
+// environments are one group (they are sampled as one strategy); distant lights have no place and are one each, the
+// last group taking the rest.
 #pragma once
 
 #include <cstdint>
@@ -42,16 +44,19 @@ class LightGroups {
     uint8_t group;
     float ratio;  // of the light's probability to its probability by power
   };
-  // `weights` is not empty. `fine` fills in what the choice of the group takes from the bits of u, so that large groups are picked from evenly.
+  // `weights` is not empty. `fine` fills in what the choice of the group takes from the bits of u, so that large groups
+  // are picked from evenly.
   Choice Sample(LightGroupWeights weights, float u, float fine) const;
-  float Ratio(LightGroupWeights weights, uint8_t group) const { return static_cast<float>(weights[group]) * per_share_[group]; }
+  float Ratio(LightGroupWeights weights, uint8_t group) const {
+    return static_cast<float>(weights[group]) * per_share_[group];
+  }
 
  private:
   void Add(std::span<const uint32_t> members);  // as a group
   void Split(std::span<const Light> lights, std::span<uint32_t> members, uint32_t budget);
 
   std::vector<uint8_t> group_;
-  std::vector<float> shares_, per_share_;        // 2^-16 / share
+  std::vector<float> shares_, per_share_;         // 2^-16 / share
   std::vector<uint32_t> members_, first_member_;  // lights by group
   std::vector<AliasTable> tables_;
 };

@@ -146,7 +146,9 @@ void LightTable::Finish(const Bounds3& bounds) {
   std::vector<LightGroups::Light> placed;
   for (const Light& l : lights_) {
     const LightTriangle& t = l.triangle;
-    placed.push_back({l.kind == Kind::kEnvironment ? Place::kEnvironment : l.kind == Kind::kDistant ? Place::kDistant : Place::kSpatial,
+    placed.push_back({l.kind == Kind::kEnvironment ? Place::kEnvironment
+                      : l.kind == Kind::kDistant   ? Place::kDistant
+                                                   : Place::kSpatial,
                       l.kind == Kind::kTriangle ? t.p0 + (t.e1 + t.e2) / 3 : t.p0, l.extent, l.pick});
   }
   groups_ = LightGroups(placed);
@@ -155,7 +157,8 @@ void LightTable::Finish(const Bounds3& bounds) {
 // ---- use
 // ------------------------------------------------------------------------------------------------------------------------------------
 
-std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u, LightGroupWeights weights) const {
+std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u,
+                                              LightGroupWeights weights) const {
   if (table_.size() == 0) return {};
   if (weights.empty()) return SampleOne(lights_[table_.Sample(u_pick)], textures, p, u);
   // The last bits of a choice among many: from the position's numbers, which a hash keeps from showing.
@@ -169,7 +172,8 @@ std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3
   return sample;
 }
 
-std::optional<LightSample> LightTable::SampleOne(const Light& light, const TextureTable& textures, Vec3 p, Vec2 u) const {
+std::optional<LightSample> LightTable::SampleOne(const Light& light, const TextureTable& textures, Vec3 p,
+                                                 Vec2 u) const {
   switch (light.kind) {
     case Kind::kTriangle:
     case Kind::kSphere:
@@ -344,7 +348,8 @@ EnvironmentSample LightTable::Environment(Vec3 wi) const {
 }
 
 size_t LightTable::memory_bytes() const {
-  size_t bytes = lights_.capacity() * sizeof(Light) + alphas_.capacity() * sizeof(Alpha) + table_.size() * 12 + groups_.memory_bytes();
+  size_t bytes = lights_.capacity() * sizeof(Light) + alphas_.capacity() * sizeof(Alpha) + table_.size() * 12 +
+                 groups_.memory_bytes();
   for (const auto& e : environments_) bytes += e.memory_bytes();
   return bytes;
 }

@@ -29,7 +29,8 @@ struct Hit {
   uint32_t instance;  // kNoInstance: none
 };
 
-// Probabilities of a scene's light groups (light_groups.h) in units of 2^-16, all positive and of sum 1, in place of those by power; empty: by power.
+// Probabilities of a scene's light groups (light_groups.h) in units of 2^-16, all positive and of sum 1, in place of
+// those by power; empty: by power.
 using LightGroupWeights = std::span<const uint16_t>;
 
 struct SurfaceInteraction {

@@ -1,17 +1,22 @@
-// What the path kernel asks of a guide, and the guide of a method that has none. A guide is a learned distribution of directions; the kernel mixes it
-// with the BSDF's own sampling and keeps the books, so a guide knows nothing of paths, lights or weights. A type G is a guide if it has
+// What the path kernel asks of a guide, and the guide of a method that has none. A guide is a learned distribution of
+// directions; the kernel mixes it with the BSDF's own sampling and keeps the books, so a guide knows nothing of paths,
+// lights or weights. A type G is a guide if it has
 //
 //   static constexpr bool kGuides;   // false: the kernel compiles everything of it out
 //   struct Local;                    // what it knows at one vertex, made once a vertex; has at least
-//                                    //   float bsdf_fraction = 1;    share of directions that the BSDF draws; 1: this vertex is not guided
+//                                    //   float bsdf_fraction = 1;    share of directions that the BSDF draws; 1: this
+//                                    vertex is not guided
 //                                    //   float nee_probability = 1;  share of vertices that sample a light
-//   Local At(const SurfaceInteraction&, const Bsdf&, Vec3 wo) const;  // at a vertex with smooth lobes; wo in the shading frame
-//                                    //   LightGroupWeights lights;   which groups of lights those sample; empty: by power
-//   GuidedSample Sample(const Local&, Vec2 u, float u_more) const;    // world space; u_more: for whoever needs a third number
-//   float Pdf(const Local&, Vec3 wi) const;                           // per steradian: exactly what Sample() says of wi
-//   float Fluence(const Local&) const;  // integral of the incident radiance over the sphere; 0: not known
-//   float Radiance(const Local&, Vec3 wi, float guide_pdf) const;  // expected along wi, whose density is guide_pdf; only where Fluence() is known
-//   float PixelLuminance(uint32_t x, uint32_t y) const;  // estimate of a pixel; 0: not known
+//   Local At(const SurfaceInteraction&, const Bsdf&, Vec3 wo) const;  // at a vertex with smooth lobes; wo in the
+//   shading frame
+//                                    //   LightGroupWeights lights;   which groups of lights those sample; empty: by
+//                                    power
+//   GuidedSample Sample(const Local&, Vec2 u, float u_more) const;    // world space; u_more: for whoever needs a third
+//   number float Pdf(const Local&, Vec3 wi) const;                           // per steradian: exactly what Sample()
+//   says of wi float Fluence(const Local&) const;  // integral of the incident radiance over the sphere; 0: not known
+//   float Radiance(const Local&, Vec3 wi, float guide_pdf) const;  // expected along wi, whose density is guide_pdf;
+//   only where Fluence() is known float PixelLuminance(uint32_t x, uint32_t y) const;  // estimate of a pixel; 0: not
+//   known
 //
 // and, where kRecords, what the tracer calls after each path (PathTracer):
 //   void Record(std::span<const PathVertex>, const PixelSample&, Scratch*, Statistics*) const;
@@ -28,11 +33,12 @@ struct PathVertex {
   float emission_weight = 1;  // of it in the estimate; below 1 where light sampling could have found it
   Rgb direct{};               // MIS-weighted light sample
   uint8_t light_group = 0;    // of that light
-  Rgb weight{};  // f cos / pdf of wi
-  Rgb beta{};    // throughput of the path up to this vertex
-  float roulette = 1;  // what survival multiplied the rest of the path by; 0: the path was ended here
-  float distance = 0;  // from the vertex before to here, infinite where the path left the scene; 0: an interface that it went through
-  float alpha = 1;     // GGX alpha of the lobe that the BSDF drew wi from: 0 a delta, 1 diffuse or not drawn by the BSDF
+  Rgb weight{};               // f cos / pdf of wi
+  Rgb beta{};                 // throughput of the path up to this vertex
+  float roulette = 1;         // what survival multiplied the rest of the path by; 0: the path was ended here
+  float distance = 0;  // from the vertex before to here, infinite where the path left the scene; 0: an interface that
+                       // it went through
+  float alpha = 1;  // GGX alpha of the lobe that the BSDF drew wi from: 0 a delta, 1 diffuse or not drawn by the BSDF
   Vec3 p{}, wi{};
   float pdf = 0, bsdf_pdf = 0, guide_pdf = 0;
   uint32_t leaf = 0;      // Local::leaf of a guide that has leaves

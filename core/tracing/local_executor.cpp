@@ -21,7 +21,8 @@ struct LocalExecutor::Impl {
   std::shared_ptr<const State> prepared_state;
   std::unique_ptr<Tracer> tracer;
 
-  Impl(std::shared_ptr<const Scene> s, const JobSpec& j, const Method& m, int t) : scene(std::move(s)), job(j), method(m), threads(t), arena(t) {}
+  Impl(std::shared_ptr<const Scene> s, const JobSpec& j, const Method& m, int t)
+      : scene(std::move(s)), job(j), method(m), threads(t), arena(t) {}
 };
 
 LocalExecutor::LocalExecutor(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method, int threads)
@@ -29,16 +30,19 @@ LocalExecutor::LocalExecutor(std::shared_ptr<const Scene> scene, const JobSpec& 
 
 LocalExecutor::~LocalExecutor() = default;
 
-std::optional<Contribution> LocalExecutor::Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) {
+std::optional<Contribution> LocalExecutor::Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                                   const StopToken& stop) {
   return ExecuteNode(state, round, TreeNode::Root(round.unit_count), stop);
 }
 
-std::optional<Contribution> LocalExecutor::ExecuteNode(const std::shared_ptr<const State>& state, const Round& round, TreeNode node, const StopToken& stop) {
+std::optional<Contribution> LocalExecutor::ExecuteNode(const std::shared_ptr<const State>& state, const Round& round,
+                                                       TreeNode node, const StopToken& stop) {
   if (!impl_->tracer || impl_->prepared_state != state) {
     impl_->tracer = PrepareTracer(impl_->scene, impl_->job, impl_->method, state);
     impl_->prepared_state = state;
   }
-  // Threads take units one by one, so that none waits for a slow block; exact merging makes the shares' shapes irrelevant to the result.
+  // Threads take units one by one, so that none waits for a slow block; exact merging makes the shares' shapes
+  // irrelevant to the result.
   const uint32_t end = node.end(round.unit_count);
   std::atomic<uint32_t> next{node.first()};
   std::atomic<bool> complete{true};

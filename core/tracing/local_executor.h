@@ -11,9 +11,11 @@ class LocalExecutor final : public Executor {
   // threads 0: UsableThreads().
   LocalExecutor(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method, int threads = 0);
   ~LocalExecutor() override;
-  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round, const StopToken& stop) override;
+  std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
+                                      const StopToken& stop) override;
   // One node of the round's tree: a worker's lease.
-  std::optional<Contribution> ExecuteNode(const std::shared_ptr<const State>& state, const Round& round, TreeNode node, const StopToken& stop);
+  std::optional<Contribution> ExecuteNode(const std::shared_ptr<const State>& state, const Round& round, TreeNode node,
+                                          const StopToken& stop);
 
  private:
   struct Impl;

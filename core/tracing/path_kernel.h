@@ -1,9 +1,9 @@
-// One path from the camera, with next event estimation, multiple importance sampling and (where compiled in) a guide and recording for its next
-// state. Specialised at compile time on what the method and the scene need.
+// One path from the camera, with next event estimation, multiple importance sampling and (where compiled in) a guide
+// and recording for its next state. Specialised at compile time on what the method and the scene need.
 //
-// Estimator: unidirectional path tracing with the balance heuristic between light sampling and directional sampling (Veach 1997, section 9.2). A
-// direction is drawn from the mixture alpha * BSDF + (1 - alpha) * guide (Mueller 2019, "Practical Path Guiding in Production", eq. 5); delta lobes
-// are drawn by the BSDF alone.
+// Estimator: unidirectional path tracing with the balance heuristic between light sampling and directional sampling
+// (Veach 1997, section 9.2). A direction is drawn from the mixture alpha * BSDF + (1 - alpha) * guide (Mueller 2019,
+// "Practical Path Guiding in Production", eq. 5); delta lobes are drawn by the BSDF alone.
 #pragma once
 
 #include <vector>
@@ -16,24 +16,26 @@ namespace lodestar {
 
 // What a kernel is compiled for, beside its guide.
 enum KernelFeature : unsigned {
-  kRecord = 1,        // vertices are kept for the next state
-  kEnvironment = 2,   // rays that leave the scene meet light
+  kRecord = 1,       // vertices are kept for the next state
+  kEnvironment = 2,  // rays that leave the scene meet light
 };
 inline constexpr unsigned kKernelVariants = 4;
 
 struct PathSettings {
-  int max_depth = 5;             // bounces; as pbrt's maxdepth
+  int max_depth = 5;  // bounces; as pbrt's maxdepth
   bool next_event = true;
-  int roulette_start = 2;        // first bounce that may be ended by roulette
+  int roulette_start = 2;                       // first bounce that may be ended by roulette
   Roulette roulette = Roulette::kContribution;  // of guided paths; others look at the throughput
 };
 
-// Dimension pairs of a path: pixel, lens, then four a vertex: (roulette, mix), (lobe or technique, light), direction, position on the light.
+// Dimension pairs of a path: pixel, lens, then four a vertex: (roulette, mix), (lobe or technique, light), direction,
+// position on the light.
 inline constexpr uint32_t kFirstVertexPair = 2, kPairsPerVertex = 4;
 
-// Roulette where the tree knows better than the throughput (docs/decisions/0006-roulette.md): a path's expected contribution is its throughput times
-// the radiance that the tree expects along its new direction, fluence * p_tree. Only a path whose contribution falls below kWindow of what its pixel
-// expects is at stake, after Vorba and Krivanek 2016 (without splitting); the defensive share and the least survival bound what a wrong tree can cost.
+// Roulette where the tree knows better than the throughput (docs/decisions/0006-roulette.md): a path's expected
+// contribution is its throughput times the radiance that the tree expects along its new direction, fluence * p_tree.
+// Only a path whose contribution falls below kWindow of what its pixel expects is at stake, after Vorba and Krivanek
+// 2016 (without splitting); the defensive share and the least survival bound what a wrong tree can cost.
 inline constexpr float kWindow = 0.1f, kLeastSurvival = 0.3f;
 
 struct PathCounters {
@@ -45,10 +47,13 @@ struct PathCounters {
 template <unsigned kFeatures, class Guide, class SceneT = Scene>
 class PathKernel {
  public:
-  PathKernel(const SceneT& scene, const PathSettings& settings, const Guide& guide) : scene_(scene), settings_(settings), guide_(guide) {}
+  PathKernel(const SceneT& scene, const PathSettings& settings, const Guide& guide)
+      : scene_(scene), settings_(settings), guide_(guide) {}
 
-  // Radiance along the camera ray. `pixel` is what its pixel is expected to have, 0 if that is not known. With kRecord, `vertices` receives the path (its storage is reused from path to path).
-  Rgb Trace(const CameraRay& camera_ray, float pixel, Sampler& sampler, PathCounters* counters, std::vector<PathVertex>* vertices) const;
+  // Radiance along the camera ray. `pixel` is what its pixel is expected to have, 0 if that is not known. With kRecord,
+  // `vertices` receives the path (its storage is reused from path to path).
+  Rgb Trace(const CameraRay& camera_ray, float pixel, Sampler& sampler, PathCounters* counters,
+            std::vector<PathVertex>* vertices) const;
 
  private:
   using Local = typename Guide::Local;
@@ -60,18 +65,20 @@ class PathKernel {
     Rgb radiance;
     uint8_t group = 0;  // of its light
   };
-  DirectSample DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light, Vec2 u, PathCounters* counters) const;
+  DirectSample DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light,
+                           Vec2 u, PathCounters* counters) const;
 
   const SceneT& scene_;
   const PathSettings settings_;
   const Guide& guide_;
 };
 
-// Light samples are taken at a share q of the vertices: the balance heuristic then sees a light density of q * pdf (Veach 1997, section 9.2.2: the
-// expected number of samples is what counts).
+// Light samples are taken at a share q of the vertices: the balance heuristic then sees a light density of q * pdf
+// (Veach 1997, section 9.2.2: the expected number of samples is what counts).
 template <unsigned kFeatures, class Guide, class SceneT>
-inline auto PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light,
-                                                       Vec2 u, PathCounters* counters) const -> DirectSample {
+inline auto PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo,
+                                                              const Local& local, float u_light, Vec2 u,
+                                                              PathCounters* counters) const -> DirectSample {
   if constexpr (Guide::kGuides) {
     if (!(u_light < local.nee_probability)) return {};
     u_light = std::min(u_light / local.nee_probability, kOneMinusEpsilon);
@@ -102,18 +109,21 @@ inline auto PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInter
 }
 
 template <unsigned kFeatures, class Guide, class SceneT>
-Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, float pixel, Sampler& sampler, PathCounters* counters,
-                                                 std::vector<PathVertex>* vertices) const {
+Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, float pixel, Sampler& sampler,
+                                                PathCounters* counters, std::vector<PathVertex>* vertices) const {
   constexpr bool kGuided = Guide::kGuides, kRecording = (kFeatures & kRecord) != 0;
   Ray ray{camera_ray.origin, camera_ray.direction, kInfinity};
   Rgb radiance, beta(1);
-  // What roulette looks at: the throughput this path would have if its directions had come from the BSDFs. A guide draws directions of much light often,
-  // so their throughput is small although their contribution is not: roulette on it would undo the guiding. Without a guide it is the throughput.
+  // What roulette looks at: the throughput this path would have if its directions had come from the BSDFs. A guide
+  // draws directions of much light often, so their throughput is small although their contribution is not: roulette on
+  // it would undo the guiding. Without a guide it is the throughput.
   Rgb roulette_beta(1);
-  // With a guide: what the pixel may expect; else, once a vertex is met that the guide knows, what that reflects, from its fluence and albedo.
+  // With a guide: what the pixel may expect; else, once a vertex is met that the guide knows, what that reflects, from
+  // its fluence and albedo.
   const bool by_contribution = kGuided && settings_.roulette != Roulette::kThroughput;
   float expected = by_contribution && settings_.roulette == Roulette::kPixel ? pixel : 0;
-  float previous_pdf = 0;  // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
+  float previous_pdf =
+      0;  // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
   float previous_nee = 1;  // the share of light samples at the vertex it came from, and the lights that they chose
   LightGroupWeights previous_lights;
   Vec3 previous_p;
@@ -134,7 +144,8 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
           weight = previous_pdf / (previous_pdf + light_pdf);
         }
         radiance += beta * (environment.radiance * weight);
-        if constexpr (kRecording) vertices->push_back({.emitted = environment.radiance, .emission_weight = weight, .distance = kInfinity});
+        if constexpr (kRecording)
+          vertices->push_back({.emitted = environment.radiance, .emission_weight = weight, .distance = kInfinity});
       }
       break;
     }
@@ -157,8 +168,10 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     const Vec2 u_mix = sampler.Next2D(), u_choice = sampler.Next2D(), u_direction = sampler.Next2D();
     const Bsdf bsdf = scene_.BsdfAt(si, u_mix.y);
     if (bsdf.kind() == Bsdf::Kind::kNone) {
-      // An interface without a medium: the ray goes on as if it were not there. Bounded, should a path graze a stack of them for ever.
-      if constexpr (kRecording) vertices->push_back({.emitted = emitted, .emission_weight = emission_weight, .weight = Rgb(1)});
+      // An interface without a medium: the ray goes on as if it were not there. Bounded, should a path graze a stack of
+      // them for ever.
+      if constexpr (kRecording)
+        vertices->push_back({.emitted = emitted, .emission_weight = emission_weight, .weight = Rgb(1)});
       if (++passed > 1000) break;
       travelled += hit.t;
       ray.origin = Scene::OffsetOrigin(si, ray.direction);
@@ -166,7 +179,8 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     }
     travelled += hit.t;
     if (depth == settings_.max_depth) {
-      if constexpr (kRecording) vertices->push_back({.emitted = emitted, .emission_weight = emission_weight, .distance = travelled});
+      if constexpr (kRecording)
+        vertices->push_back({.emitted = emitted, .emission_weight = emission_weight, .distance = travelled});
       break;
     }
 
@@ -207,7 +221,8 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
         }
       }
     } else if constexpr (kGuided) {
-      const GuidedSample sample = guide_.Sample(at, u_direction, (u_choice.x - at.bsdf_fraction) / (1 - at.bsdf_fraction));
+      const GuidedSample sample =
+          guide_.Sample(at, u_direction, (u_choice.x - at.bsdf_fraction) / (1 - at.bsdf_fraction));
       wi = sample.w;
       const Vec3 local_wi = si.shading.ToLocal(wi);
       const BsdfValue value = bsdf.Evaluate(wo, local_wi);

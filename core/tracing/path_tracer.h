@@ -1,5 +1,5 @@
-// The tracing half of the methods that trace paths from the camera, each with its guide (guide.h). The template is instantiated once a guide, in the
-// guide's *_tracer.cpp.
+// The tracing half of the methods that trace paths from the camera, each with its guide (guide.h). The template is
+// instantiated once a guide, in the guide's *_tracer.cpp.
 #pragma once
 
 #include <array>
@@ -12,7 +12,8 @@
 namespace lodestar {
 
 PixelFilter MakePixelFilter(const Scene& scene);
-// Sees that a sample is fit to be added; what is not counts as zero and is reported with the pixel and pass that replay it.
+// Sees that a sample is fit to be added; what is not counts as zero and is reported with the pixel and pass that replay
+// it.
 bool AcceptSample(Rgb sample, const Round& round, const PixelSample& pixel, uint32_t pass, HealthReport* health);
 
 template <class Guide>
@@ -29,7 +30,9 @@ class PathTracer final : public Tracer {
   bool Execute(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const override {
     return Dispatch<ExecuteCall>(round.record, round, unit, stop, into);
   }
-  Rgb TraceSample(uint32_t x, uint32_t y, uint32_t pass, bool record) const override { return Dispatch<TraceCall>(record, x, y, pass); }
+  Rgb TraceSample(uint32_t x, uint32_t y, uint32_t pass, bool record) const override {
+    return Dispatch<TraceCall>(record, x, y, pass);
+  }
 
  private:
   template <unsigned kFeatures>
@@ -37,8 +40,8 @@ class PathTracer final : public Tracer {
   template <unsigned kFeatures>
   Rgb TraceWith(uint32_t x, uint32_t y, uint32_t pass) const;
   template <unsigned kFeatures>
-  Rgb Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, uint32_t pass, Sampler& sampler, float* filter_weight,
-             PathCounters* counters, std::vector<PathVertex>* vertices) const;
+  Rgb Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, uint32_t pass, Sampler& sampler,
+             float* filter_weight, PathCounters* counters, std::vector<PathVertex>* vertices) const;
 
   // Calls the variant that the scene and the round need.
   struct ExecuteCall {
@@ -53,9 +56,11 @@ class PathTracer final : public Tracer {
   auto Dispatch(bool record, Arguments&&... arguments) const {
     constexpr unsigned kVariants = Guide::kRecords ? kKernelVariants : kEnvironment + 1;
     static constexpr auto kTable = []<unsigned... kF>(std::integer_sequence<unsigned, kF...>) {
-      return std::array{Call::template kFunction<Guide::kRecords ? kF : kF & kEnvironment>...};
-    }(std::make_integer_sequence<unsigned, kVariants>{});
-    const unsigned features = (Guide::kRecords && record ? kRecord : 0u) | (scene_->needs().environment ? kEnvironment : 0u);
+      return std::array{Call::template kFunction < Guide::kRecords ? kF : kF & kEnvironment > ...};
+    }
+    (std::make_integer_sequence<unsigned, kVariants>{});
+    const unsigned features =
+        (Guide::kRecords && record ? kRecord : 0u) | (scene_->needs().environment ? kEnvironment : 0u);
     return (this->*kTable[features])(std::forward<Arguments>(arguments)...);
   }
 
@@ -69,8 +74,9 @@ class PathTracer final : public Tracer {
 
 template <class Guide>
 template <unsigned kFeatures>
-Rgb PathTracer<Guide>::Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, uint32_t pass, Sampler& sampler, float* filter_weight,
-                              PathCounters* counters, std::vector<PathVertex>* vertices) const {
+Rgb PathTracer<Guide>::Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, uint32_t pass,
+                              Sampler& sampler, float* filter_weight, PathCounters* counters,
+                              std::vector<PathVertex>* vertices) const {
   const FilterSample filter = filter_.Sample(sampler.Next2D());
   const Vec2 film{static_cast<float>(x) + 0.5f + filter.offset.x, static_cast<float>(y) + 0.5f + filter.offset.y};
   *filter_weight = filter.weight;
@@ -80,7 +86,8 @@ Rgb PathTracer<Guide>::Sample(const PathKernel<kFeatures, Guide>& kernel, uint32
 
 template <class Guide>
 template <unsigned kFeatures>
-bool PathTracer<Guide>::ExecuteWith(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const {
+bool PathTracer<Guide>::ExecuteWith(const Round& round, uint32_t unit, const StopToken& stop,
+                                    Contribution* into) const {
   const PathKernel<kFeatures, Guide> kernel(*scene_, settings_, guide_);
   const TileRect rect = grid_.Rect(unit);
   FilmTile tile;

@@ -29,17 +29,20 @@ ProductLobes MakeProductLobes(const SurfaceInteraction& si, const Bsdf& bsdf, Ve
   for (const BsdfLobe& lobe : lobes) {
     const auto kind = static_cast<ProductLobe::Kind>(lobe.kind);
     // The table is of isotropic lobes: the geometric mean keeps an anisotropic one's solid angle.
-    out[count++] = {kind, lobe.alpha.x == lobe.alpha.y ? lobe.alpha.x : std::sqrt(lobe.alpha.x * lobe.alpha.y), lobe.weight};
+    out[count++] = {kind, lobe.alpha.x == lobe.alpha.y ? lobe.alpha.x : std::sqrt(lobe.alpha.x * lobe.alpha.y),
+                    lobe.weight};
   }
   return ProductLobes(si.shading, si.shading.ToWorld(wo), {out.data(), static_cast<size_t>(count)});
 }
-static_assert(static_cast<int>(ProductLobe::Kind::kDiffuseTransmission) == static_cast<int>(BsdfLobe::Kind::kDiffuseTransmission) &&
+static_assert(static_cast<int>(ProductLobe::Kind::kDiffuseTransmission) ==
+                  static_cast<int>(BsdfLobe::Kind::kDiffuseTransmission) &&
               static_cast<int>(ProductLobe::Kind::kGgxReflection) == static_cast<int>(BsdfLobe::Kind::kGgxReflection));
 
-// Radiance arriving along each vertex's wi, from the path's end to its start. Walking backwards needs neither a division by the throughput nor a
-// difference of sums, so dim light behind a bright vertex keeps its precision.
+// Radiance arriving along each vertex's wi, from the path's end to its start. Walking backwards needs neither a
+// division by the throughput nor a difference of sums, so dim light behind a bright vertex keeps its precision.
 template <bool kProduct>
-void SdTreeGuide<kProduct>::Record(std::span<const PathVertex> vertices, const PixelSample& sample, Scratch* records, Statistics* statistics) const {
+void SdTreeGuide<kProduct>::Record(std::span<const PathVertex> vertices, const PixelSample& sample, Scratch* records,
+                                   Statistics* statistics) const {
   SdTreeStatistics& sums = static_cast<SdTreeGuidingStatistics*>(statistics)->sums();
   const bool relative = tree_.target() == SdTreeOptions::Target::kFull, learn_nee = tree_.options().learn_nee,
              learn_lights = !tree_.lights_by_power().empty();
@@ -64,9 +67,11 @@ void SdTreeGuide<kProduct>::Record(std::span<const PathVertex> vertices, const P
     }
     const Rgb rest = vertex.weight * incident;
     if (learn_nee && vertex.smooth)
-      sums.Record(NeeRecord{Luminance(vertex.direct), Luminance(rest), static_cast<uint32_t>(vertices.size() - i), vertex.leaf});
+      sums.Record(NeeRecord{Luminance(vertex.direct), Luminance(rest), static_cast<uint32_t>(vertices.size() - i),
+                            vertex.leaf});
     if (learn_lights && vertex.smooth && !IsBlack(vertex.direct)) {
-      const float probability = static_cast<float>(tree_.Lights(vertex.leaf)[vertex.light_group]) * 0x1p-16f * tree_.leaf(vertex.leaf).nee_probability;
+      const float probability = static_cast<float>(tree_.Lights(vertex.leaf)[vertex.light_group]) * 0x1p-16f *
+                                tree_.leaf(vertex.leaf).nee_probability;
       sums.Record(LightRecord{Luminance(vertex.direct), probability, vertex.leaf, vertex.light_group});
     }
     const Rgb leaving = vertex.direct + rest;

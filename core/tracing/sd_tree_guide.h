@@ -1,4 +1,5 @@
-// The SD-tree as a guide, and what a path tells the next one. With kProduct, directions come from the product of tree and BSDF (Diolatzis et al. 2020).
+// The SD-tree as a guide, and what a path tells the next one. With kProduct, directions come from the product of tree
+// and BSDF (Diolatzis et al. 2020).
 #pragma once
 
 #include <optional>
@@ -60,9 +61,12 @@ class SdTreeGuide {
     constexpr float kDefensive = 0.1f;  // of uniform density, which bounds what a wrong tree can cost
     return Fluence(local) * Lerp(kDefensive, kProduct ? tree_.Pdf(local.leaf, wi) : guide_pdf, kUniformSpherePdf);
   }
-  float PixelLuminance(uint32_t x, uint32_t y) const { return state_->pixels().empty() ? 0.0f : state_->pixels().At(x, y); }
+  float PixelLuminance(uint32_t x, uint32_t y) const {
+    return state_->pixels().empty() ? 0.0f : state_->pixels().At(x, y);
+  }
 
-  void Record(std::span<const PathVertex> vertices, const PixelSample& sample, Scratch* records, Statistics* statistics) const;
+  void Record(std::span<const PathVertex> vertices, const PixelSample& sample, Scratch* records,
+              Statistics* statistics) const;
 
  private:
   std::shared_ptr<const SdTreeState> state_;

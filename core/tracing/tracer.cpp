@@ -41,7 +41,8 @@ CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job) 
   return compiled;
 }
 
-std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method, std::shared_ptr<const State> state) {
+std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method,
+                                      std::shared_ptr<const State> state) {
   if (const auto* race = dynamic_cast<const AutoMethod*>(&method))
     return PrepareTracer(std::move(scene), job, race->ActiveMethod(*state), race->ActiveState(*state));
   PathSettings settings;
@@ -59,7 +60,8 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
     settings.next_event = UsesNee(guided->options().nee, tree_state->tree().iteration()) && scene->has_lights();
     const auto make = [&]<bool kProduct>(std::bool_constant<kProduct>) -> std::unique_ptr<Tracer> {
       using Guide = SdTreeGuide<kProduct>;
-      return std::make_unique<PathTracer<Guide>>(std::move(scene), job.seed, settings, Guide(std::move(tree_state), guided->options().learn));
+      return std::make_unique<PathTracer<Guide>>(std::move(scene), job.seed, settings,
+                                                 Guide(std::move(tree_state), guided->options().learn));
     };
     return guided->options().product ? make(std::true_type()) : make(std::false_type());
   }
@@ -67,13 +69,15 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
     auto focal_state = std::dynamic_pointer_cast<const FocalState>(std::move(state));
     LODESTAR_CHECK(focal_state);
     settings.next_event = focal->options().nee == NeeMode::kAlways && scene->has_lights();
-    return std::make_unique<PathTracer<FocalGuide>>(std::move(scene), job.seed, settings, FocalGuide(std::move(focal_state)));
+    return std::make_unique<PathTracer<FocalGuide>>(std::move(scene), job.seed, settings,
+                                                    FocalGuide(std::move(focal_state)));
   }
   if (const auto* grid = dynamic_cast<const GridMethod*>(&method)) {
     auto grid_state = std::dynamic_pointer_cast<const GridState>(std::move(state));
     LODESTAR_CHECK(grid_state);
     settings.next_event = grid->options().nee == NeeMode::kAlways && scene->has_lights();
-    return std::make_unique<PathTracer<GridGuide>>(std::move(scene), job.seed, settings, GridGuide(grid_state->grid(), grid->options()));
+    return std::make_unique<PathTracer<GridGuide>>(std::move(scene), job.seed, settings,
+                                                   GridGuide(grid_state->grid(), grid->options()));
   }
   throw Error(ErrorKind::kUnsupported, "method '" + std::string(method.name()) + "' has no tracing half in this build");
 }

@@ -8,7 +8,8 @@ namespace lodestar {
 namespace {
 
 Image Uniform(uint32_t width, uint32_t height, float value) {
-  return {width, height, std::vector<Rgb>(size_t{width} * height, Rgb(value)), std::vector<float>(size_t{width} * height)};
+  return {width, height, std::vector<Rgb>(size_t{width} * height, Rgb(value)),
+          std::vector<float>(size_t{width} * height)};
 }
 
 TEST(PixelEstimate, AnEvenImageIsItsOwnEstimate) {

@@ -14,7 +14,8 @@ namespace {
 constexpr uint32_t kGroups = 8, kVisible = 5;
 const std::vector<float> kPower = {0.3f, 0.1f, 0.1f, 0.1f, 0.1f, 0.02f, 0.08f, 0.2f};
 
-// Light samples by the state's own choice: group kVisible arrives where x < 0.5, group 0 elsewhere; all have twice the mean at even odds.
+// Light samples by the state's own choice: group kVisible arrives where x < 0.5, group 0 elsewhere; all have twice the
+// mean at even odds.
 void RecordLights(SdTreeStatistics& statistics, uint64_t seed, int count, int part = 0, int parts = 1) {
   uint64_t rng = Mix64(seed);
   for (int i = 0; i < count; ++i) {
@@ -27,9 +28,17 @@ void RecordLights(SdTreeStatistics& statistics, uint64_t seed, int count, int pa
     }
     if (i % parts != part) continue;
     const float probability = static_cast<float>(lights[group]) * 0x1p-16f;
-    statistics.Record(SdTreeRecord{.position = p, .direction = {0, 0, 1}, .radiance = 1, .pdf = 1, .bsdf_pdf = 1, .tree_pdf = 1, .product = 1, .leaf = leaf},
+    statistics.Record(SdTreeRecord{.position = p,
+                                   .direction = {0, 0, 1},
+                                   .radiance = 1,
+                                   .pdf = 1,
+                                   .bsdf_pdf = 1,
+                                   .tree_pdf = 1,
+                                   .product = 1,
+                                   .leaf = leaf},
                       {0.5f, 0.5f, 0.5f});
-    if (group == (p.x < 0.5f ? kVisible : 0) && bright > 0) statistics.Record(LightRecord{bright / probability, probability, leaf, group});
+    if (group == (p.x < 0.5f ? kVisible : 0) && bright > 0)
+      statistics.Record(LightRecord{bright / probability, probability, leaf, group});
   }
 }
 
@@ -79,7 +88,8 @@ TEST(LightSelection, HasTheRootsOfTheSecondMoments) {
 }
 
 TEST(LightSelection, IteratedUnderMisItHasTheLeastSecondMoment) {
-  // Constant integrands a_g on unit domains, light density P_g, directional density b_g: d = a / (P + b) by the balance heuristic.
+  // Constant integrands a_g on unit domains, light density P_g, directional density b_g: d = a / (P + b) by the balance
+  // heuristic.
   const double a[2] = {1, 2}, b[2] = {0.1, 2};
   const auto moment = [&](double p) { return a[0] * a[0] / (p + b[0]) + a[1] * a[1] / (1 - p + b[1]); };
   double p = 0.5;
@@ -132,7 +142,8 @@ TEST(LightSelection, DamageIsRefusedOrADistribution) {
 
 TEST(LightSelection, CostsNothingWhereThereIsNoChoice) {
   const std::vector<float> one = {1};
-  const auto tree = SdTree::Initial(synthetic::UnitCube(), Options(), one), plain = SdTree::Initial(synthetic::UnitCube(), Options());
+  const auto tree = SdTree::Initial(synthetic::UnitCube(), Options(), one),
+             plain = SdTree::Initial(synthetic::UnitCube(), Options());
   EXPECT_TRUE(tree->Lights(0).empty());
   EXPECT_EQ(tree->Serialize(), plain->Serialize());
   EXPECT_TRUE(SdTreeStatistics(tree).lights(0).empty());
@@ -141,14 +152,16 @@ TEST(LightSelection, CostsNothingWhereThereIsNoChoice) {
 TEST(LightSelection, ExtremeRecordsStayFinite) {
   const auto tree = SdTree::Initial(synthetic::UnitCube(), Options(), kPower);
   SdTreeStatistics statistics(tree);
-  for (const float d : {1e30f, 3e38f, 1e-30f, std::nanf(""), kInfinity, -1.0f, 0.0f}) statistics.Record(LightRecord{d, 1e-3f, 0, 2});
+  for (const float d : {1e30f, 3e38f, 1e-30f, std::nanf(""), kInfinity, -1.0f, 0.0f})
+    statistics.Record(LightRecord{d, 1e-3f, 0, 2});
   const auto next = SolveLightSelection(statistics.lights(0), tree->lights_by_power(), tree->Lights(0));
   EXPECT_EQ(std::accumulate(next.begin(), next.end(), 0u), 65536u);
   EXPECT_GT(next[2], 40000);
 }
 
 TEST(LightSelection, SharesAreQuantizedWithoutLosingAny) {
-  for (const std::vector<double>& shares : {std::vector<double>{1, 0}, {1e-12, 1}, {0.5, 0.5}, std::vector<double>(32, 1.0 / 32)}) {
+  for (const std::vector<double>& shares :
+       {std::vector<double>{1, 0}, {1e-12, 1}, {0.5, 0.5}, std::vector<double>(32, 1.0 / 32)}) {
     const auto units = QuantizeShares(shares);
     EXPECT_EQ(std::accumulate(units.begin(), units.end(), 0u), 65536u);
     for (size_t g = 0; g < units.size(); ++g) {

@@ -9,7 +9,8 @@
 namespace lodestar {
 namespace {
 
-// A vertex whose light sample is `bright` with probability `visible`, seen at share q, beside reflected light that is 0 or 2 at even odds.
+// A vertex whose light sample is `bright` with probability `visible`, seen at share q, beside reflected light that is 0
+// or 2 at even odds.
 NeeSums Sums(double visible, float bright, float q, int count, uint32_t vertices) {
   NeeSums sums;
   uint64_t rng = 5;
@@ -31,7 +32,8 @@ TEST(NeeProbability, MinimisesVarianceTimesCost) {
     for (const uint32_t vertices : {1u, 4u}) {
       const float q = SolveNeeProbability(Sums(visible, 1, 1, 400000, vertices), 1, 128);
       for (double other = kLeastNeeProbability; other <= 1; other += 0.01)
-        EXPECT_LE(Work(visible, 1, q, vertices), Work(visible, 1, other, vertices) * 1.001) << visible << " " << vertices << " " << other;
+        EXPECT_LE(Work(visible, 1, q, vertices), Work(visible, 1, other, vertices) * 1.001)
+            << visible << " " << vertices << " " << other;
     }
 }
 
@@ -42,9 +44,9 @@ TEST(NeeProbability, DoesNotDependOnTheShareThatWasUsed) {
 }
 
 TEST(NeeProbability, StaysWithinItsRange) {
-  EXPECT_EQ(SolveNeeProbability(Sums(0, 1, 1, 1000, 3), 1, 128), kLeastNeeProbability);   // nothing to be seen
-  EXPECT_EQ(SolveNeeProbability(Sums(1, 50, 1, 1000, 3), 0.5f, 128), 1);                  // light samples are all there is
-  EXPECT_EQ(SolveNeeProbability(Sums(0, 1, 1, 100, 3), 0.7f, 128), 0.7f);                 // too few records
+  EXPECT_EQ(SolveNeeProbability(Sums(0, 1, 1, 1000, 3), 1, 128), kLeastNeeProbability);  // nothing to be seen
+  EXPECT_EQ(SolveNeeProbability(Sums(1, 50, 1, 1000, 3), 0.5f, 128), 1);   // light samples are all there is
+  EXPECT_EQ(SolveNeeProbability(Sums(0, 1, 1, 100, 3), 0.7f, 128), 0.7f);  // too few records
   EXPECT_EQ(SolveNeeProbability(NeeSums{}, 0.7f, 1), 0.7f);
   NeeSums extreme;
   for (int i = 0; i < 1000; ++i) extreme.Add(1e30f, 1e-30f, 1);

@@ -43,15 +43,19 @@ SdTreeStatistics Bursts(const std::shared_ptr<const SdTree>& tree, int count, ui
 }
 
 // P(cos theta > 0), as the root has it.
-double Upper(const SdTree& tree) { return 1 - static_cast<double>(tree.Tree(0)->left) / DirectionalNode::kOne; }
+double Upper(const SdTree& tree) {
+  return 1 - static_cast<double>(tree.Tree(0)->left) / DirectionalNode::kOne;
+}
 
 std::shared_ptr<const SdTree> Learn(Target target, int iterations, float relative_scale = 1) {
   auto tree = SdTree::Initial(synthetic::UnitCube(), Options(target));
-  for (int i = 0; i < iterations; ++i) tree = Advance(*tree, Bursts(tree, 100000, 3 + static_cast<uint64_t>(i), relative_scale), 4);
+  for (int i = 0; i < iterations; ++i)
+    tree = Advance(*tree, Bursts(tree, 100000, 3 + static_cast<uint64_t>(i), relative_scale), 4);
   return tree;
 }
 
-// Shares of the upper half: radiance 1 : 1; roots of second moments of f L, 2 (from 16 / 4) : 1/2; relative to the pixel, 2 : 1/8.
+// Shares of the upper half: radiance 1 : 1; roots of second moments of f L, 2 (from 16 / 4) : 1/2; relative to the
+// pixel, 2 : 1/8.
 TEST(Target, OfTheFirstIteration) {
   EXPECT_NEAR(Upper(*Learn(Target::kRadiance, 1)), 0.5, 0.01);
   EXPECT_NEAR(Upper(*Learn(Target::kSimple, 1)), 0.8, 0.01);
@@ -59,8 +63,10 @@ TEST(Target, OfTheFirstIteration) {
 }
 
 TEST(Target, OfLaterIterations) {
-  // A learned tree weighs a sample's second moment by its own share of the mixture, squared: it settles near what the BSDF leaves to it.
-  const double simple = Upper(*Learn(Target::kSimple, 4)), full = Upper(*Learn(Target::kFull, 4)), radiance = Upper(*Learn(Target::kRadiance, 4));
+  // A learned tree weighs a sample's second moment by its own share of the mixture, squared: it settles near what the
+  // BSDF leaves to it.
+  const double simple = Upper(*Learn(Target::kSimple, 4)), full = Upper(*Learn(Target::kFull, 4)),
+               radiance = Upper(*Learn(Target::kRadiance, 4));
   EXPECT_NEAR(radiance, 0.5, 0.02);
   EXPECT_GT(simple, 0.8);
   EXPECT_LT(1 - full, 0.5 * (1 - simple));
@@ -91,7 +97,8 @@ TEST(Halves, AreKeptOnlyForNativeReconstructionAndAddUp) {
 TEST(Halves, AndLightSharesTravel) {
   SdTreeOptions options = Options(Target::kFull, Reconstruction::kNative);
   options.learn_nee = true;
-  const auto tree = Advance(*SdTree::Initial(synthetic::UnitCube(), options), Bursts(SdTree::Initial(synthetic::UnitCube(), options), 20000, 4), 4);
+  const auto tree = Advance(*SdTree::Initial(synthetic::UnitCube(), options),
+                            Bursts(SdTree::Initial(synthetic::UnitCube(), options), 20000, 4), 4);
   SdTreeStatistics statistics = Bursts(tree, 5000, 11);
   statistics.Record(NeeRecord{0.5f, 2.0f, 3, 0});
   const Bytes bytes = statistics.Serialize();

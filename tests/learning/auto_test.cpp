@@ -1,9 +1,8 @@
 // The race behind `auto`, on films whose efficiencies are known.
-#include "core/learning/auto_method.h"
-
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/learning/auto_method.h"
 #include "core/math/sampler.h"
 #include "tests/learning/synthetic.h"
 
@@ -32,7 +31,9 @@ Film NoisyFilm(uint64_t passes, double variance, uint64_t seed) {
   return film;
 }
 
-PixelEstimate Ones() { return {kSide, kSide, std::vector<float>(size_t{kSide} * kSide, 1.0f)}; }
+PixelEstimate Ones() {
+  return {kSide, kSide, std::vector<float>(size_t{kSide} * kSide, 1.0f)};
+}
 
 TEST(Race, FindsTheRatioOfEfficienciesWithinItsInterval) {
   int covered = 0;
@@ -40,7 +41,8 @@ TEST(Race, FindsTheRatioOfEfficienciesWithinItsInterval) {
   for (int trial = 0; trial < kTrials; ++trial) {
     const uint64_t seed = 1000 * static_cast<uint64_t>(trial);
     // Half the variance at one and a half times the cost: four thirds as efficient.
-    const PilotResult a = MeasurePilot(0, NoisyFilm(16, 4, seed), 16 * 1.5, Ones()), b = MeasurePilot(1, NoisyFilm(16, 8, seed + 1), 16, Ones());
+    const PilotResult a = MeasurePilot(0, NoisyFilm(16, 4, seed), 16 * 1.5, Ones()),
+                      b = MeasurePilot(1, NoisyFilm(16, 8, seed + 1), 16, Ones());
     const EfficiencyRatio ratio = CompareEfficiency(a, b);
     covered += ratio.low <= 4.0 / 3 && 4.0 / 3 <= ratio.high;
     EXPECT_NEAR(ratio.value, 4.0 / 3, 0.25);
@@ -52,7 +54,8 @@ TEST(Race, FindsTheRatioOfEfficienciesWithinItsInterval) {
 TEST(Race, AnIntervalAroundAWrongRatioIsSeen) {
   int covered = 0;
   for (uint64_t trial = 0; trial < 20; ++trial) {
-    const PilotResult a = MeasurePilot(0, NoisyFilm(16, 4, trial), 16, Ones()), b = MeasurePilot(1, NoisyFilm(16, 8, trial + 99), 16, Ones());
+    const PilotResult a = MeasurePilot(0, NoisyFilm(16, 4, trial), 16, Ones()),
+                      b = MeasurePilot(1, NoisyFilm(16, 8, trial + 99), 16, Ones());
     const EfficiencyRatio ratio = CompareEfficiency(a, b);
     covered += ratio.low <= 3 && 3 <= ratio.high;  // the truth is 2
   }
@@ -85,10 +88,16 @@ class Driver {
     const uint64_t passes = method_->IterationPasses(iteration_);
     const double variance = active() == "path" ? path_variance : tree_variance;
     films_.push_back({iteration_, NoisyFilm(passes, variance, 77 + iteration_)});
-    const Image image{kSide, kSide, std::vector<Rgb>(size_t{kSide} * kSide, Rgb(1)), std::vector<float>(size_t{kSide} * kSide)};
+    const Image image{kSide, kSide, std::vector<Rgb>(size_t{kSide} * kSide, Rgb(1)),
+                      std::vector<float>(size_t{kSide} * kSide)};
     // Every pass costs a hundred rays and no vertices, whoever renders it.
-    state_ = method_->Advance(
-        state_, {.iteration = iteration_, .passes = passes, .image = &image, .films = films_, .rays = 100 * passes, .vertices = 0, .last = last});
+    state_ = method_->Advance(state_, {.iteration = iteration_,
+                                       .passes = passes,
+                                       .image = &image,
+                                       .films = films_,
+                                       .rays = 100 * passes,
+                                       .vertices = 0,
+                                       .last = last});
     ++iteration_;
     return true;
   }

@@ -107,7 +107,8 @@ TEST_F(ContributionTest, StatisticsOfAnotherStateAreRefused) {
   // The next state's statistics do not fit this one.
   const Contribution learned = Render({3, 0});
   const Image image{1, 1, {Rgb(1)}, {0}};
-  const auto next = method_->Advance(state_, {.statistics = learned.statistics.get(), .iteration = 1, .passes = 2, .image = &image});
+  const auto next =
+      method_->Advance(state_, {.statistics = learned.statistics.get(), .iteration = 1, .passes = 2, .image = &image});
   ASSERT_NE(next->Serialize(), state_->Serialize());
   Contribution foreign;
   for (const uint32_t unit : {2u, 3u}) foreign.Merge(test::RenderUnit(job_, *method_, next, grid_, round_, unit));

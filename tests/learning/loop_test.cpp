@@ -397,8 +397,8 @@ TEST(Loop, WhatTheMethodRefusedToLearnIsInTheHealthReport) {
   Loop loop(job, SyntheticSurvey());
   SyntheticExecutor executor(loop, {});
   loop.Run(executor, StopToken(), {});
-  const auto training = std::count_if(executor.rounds.begin(), executor.rounds.end(),
-                                      [](const Round& round) { return round.record; });
+  const auto training =
+      std::count_if(executor.rounds.begin(), executor.rounds.end(), [](const Round& round) { return round.record; });
   ASSERT_GT(training, 1);
   const HealthReport health = loop.Report().health;
   EXPECT_EQ(health.counts[static_cast<size_t>(HealthEvent::kRefused)], static_cast<uint64_t>(training));

@@ -51,7 +51,8 @@ TEST(Registry, NamesItsMethods) {
 TEST(Registry, UnknownNamesListWhatExists) {
   EXPECT_EQ(Refusal("sdtre", {}), "there is no method 'sdtre'; there are: path, sdtree, focal, grid, auto");
   EXPECT_EQ(Refusal("path", {{"net", "always"}}), "method 'path' has no option 'net'; it has: nee");
-  EXPECT_NE(Refusal("sdtree", {{"combination", "discard"}}).find("it has: preset, nee, lights, target, "), std::string::npos);
+  EXPECT_NE(Refusal("sdtree", {{"combination", "discard"}}).find("it has: preset, nee, lights, target, "),
+            std::string::npos);
 }
 
 TEST(Registry, BadValuesListWhatIsTaken) {

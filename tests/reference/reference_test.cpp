@@ -1,7 +1,7 @@
 // Renders of real scenes against references by two other renderers (the README beside those scenes states the
 // tolerances): image means within 1 %, and 95 % of 8x8-pixel blocks within three times the sum of both standard errors
-// or 3 %, whichever is larger. A mean of 1.5 % in living-room, much of which is coated diffuse: ours is another model of
-// it (docs/decisions/0005-coats.md).
+// or 3 %, whichever is larger. A mean of 1.5 % in living-room, much of which is coated diffuse: ours is another model
+// of it (docs/decisions/0005-coats.md).
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Groups of lights hold every light once and depend on the scene alone; lights chosen by them come with the density that the path kernel assumes.
+// Groups of lights hold every light once and depend on the scene alone; lights chosen by them come with the density
+// that the path kernel assumes.
 #include "core/scene/light_groups.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +25,9 @@ std::vector<LightGroups::Light> Lights(int spatial, int distant, int environment
   double total = 0;
   for (size_t i = 0; i < lights.size(); ++i) {
     const int kind = static_cast<int>(i);
-    lights[i].place = kind < spatial ? Place::kSpatial : kind < spatial + distant ? Place::kDistant : Place::kEnvironment;
+    lights[i].place = kind < spatial             ? Place::kSpatial
+                      : kind < spatial + distant ? Place::kDistant
+                                                 : Place::kEnvironment;
     const Vec2 xy = random.Next2D();
     lights[i].middle = {10 * xy.x, xy.y, random.Next1D()};
     lights[i].probability = i % 7 == 3 ? 0 : 0.01 + random.Next1D();
@@ -37,13 +40,15 @@ std::vector<LightGroups::Light> Lights(int spatial, int distant, int environment
 std::vector<uint16_t> SomeWeights(size_t groups) {
   std::vector<uint16_t> weights(groups);
   uint32_t left = 65536;
-  for (size_t g = 0; g + 1 < groups; ++g) left -= weights[g] = static_cast<uint16_t>(left / (g % 3 == 0 ? 2 * groups : groups));
+  for (size_t g = 0; g + 1 < groups; ++g)
+    left -= weights[g] = static_cast<uint16_t>(left / (g % 3 == 0 ? 2 * groups : groups));
   weights.back() = static_cast<uint16_t>(left);
   return weights;
 }
 
 TEST(LightGroups, AreFewCompleteAndSeparateKinds) {
-  for (const auto& [spatial, distant, environments] : {std::array{1, 0, 0}, {20, 0, 0}, {500, 3, 2}, {2, 100, 1}, {0, 2, 1}, {5, 0, 3}}) {
+  for (const auto& [spatial, distant, environments] :
+       {std::array{1, 0, 0}, {20, 0, 0}, {500, 3, 2}, {2, 100, 1}, {0, 2, 1}, {5, 0, 3}}) {
     const auto lights = Lights(spatial, distant, environments);
     const LightGroups groups(lights);
     ASSERT_LE(groups.shares().size(), kMaxLightGroups);
@@ -118,7 +123,8 @@ TEST(LightGroups, LightsCloserThanTheirSizeStayTogether) {
   // A square of two triangles, and a strip of many.
   for (const auto& [count, expected] : {std::pair{2, 1}, {16, 8}}) {
     std::vector<LightGroups::Light> lights(static_cast<size_t>(count));
-    for (size_t i = 0; i < lights.size(); ++i) lights[i] = {Place::kSpatial, {0.5f * static_cast<float>(i), 0, 0}, 0.9f, 1.0 / count};
+    for (size_t i = 0; i < lights.size(); ++i)
+      lights[i] = {Place::kSpatial, {0.5f * static_cast<float>(i), 0, 0}, 0.9f, 1.0 / count};
     EXPECT_EQ(LightGroups(lights).shares().size(), static_cast<size_t>(expected));
   }
 }
@@ -168,7 +174,8 @@ TEST(LightGroups, SamplesHaveTheDensityThatIsAskedForAfterwards) {
   for (const int count : seen) EXPECT_GT(count, 50);
 }
 
-// Light arriving from the upper hemisphere, cosine-weighted, by light samples and by directions with the balance heuristic, as the kernel combines them.
+// Light arriving from the upper hemisphere, cosine-weighted, by light samples and by directions with the balance
+// heuristic, as the kernel combines them.
 test::Moments Irradiance(const Scene& scene, LightGroupWeights weights, uint64_t seed, float wrong = 1) {
   Random random(seed);
   test::Moments moments;
@@ -187,7 +194,8 @@ test::Moments Irradiance(const Scene& scene, LightGroupWeights weights, uint64_t
     if (scene.Intersect(ray, &hit)) {
       const auto si = scene.Interaction(ray, hit);
       radiance = scene.Emitted(si, -w);
-      if (!IsBlack(radiance)) light_pdf = scene.LightPdf(p, si, w) * (weights.empty() ? 1 : scene.LightRatio(weights, si.light));
+      if (!IsBlack(radiance))
+        light_pdf = scene.LightPdf(p, si, w) * (weights.empty() ? 1 : scene.LightRatio(weights, si.light));
     } else {
       const auto sky = scene.Environment(w);
       radiance = sky.radiance;

@@ -1,5 +1,6 @@
-// Every valid combination of what the SD-tree learns, how it is reconstructed, whether the BSDF is multiplied in, how lights are sampled and what ends
-// a path: none may move the mean. Short renders of small pictures, so that the whole matrix fits; guided_mean_test.cpp looks at few combinations closely.
+// Every valid combination of what the SD-tree learns, how it is reconstructed, whether the BSDF is multiplied in, how
+// lights are sampled and what ends a path: none may move the mean. Short renders of small pictures, so that the whole
+// matrix fits; guided_mean_test.cpp looks at few combinations closely.
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
@@ -10,7 +11,8 @@ namespace lodestar {
 namespace {
 
 constexpr int kSeeds = 8, kReferenceSeeds = 32;
-constexpr uint64_t kSpp = 47;  // five iterations of training, so that switching reaches its full target, and 16 passes with it
+constexpr uint64_t kSpp =
+    47;  // five iterations of training, so that switching reaches its full target, and 16 passes with it
 
 using Options = std::map<std::string, std::string>;
 
@@ -69,7 +71,8 @@ TEST_P(GuidedMatrixTest, NoCombinationMovesTheMean) {
     const test::ImageMeans guided = test::RenderSeeds(compiled, SmallJob("sdtree", combinations[i]), kSeeds, 1);
     for (int region = 0; region < test::kRegions; ++region) {
       const test::TestResult result = test::WelchTest(guided[region], reference[region], kLevel);
-      EXPECT_TRUE(result.accepted) << small.name << ", region " << region << ":" << Text(combinations[i]) << ": " << result.message;
+      EXPECT_TRUE(result.accepted) << small.name << ", region " << region << ":" << Text(combinations[i]) << ": "
+                                   << result.message;
     }
   }
 }
@@ -77,7 +80,8 @@ TEST_P(GuidedMatrixTest, NoCombinationMovesTheMean) {
 INSTANTIATE_TEST_SUITE_P(SmallScenes, GuidedMatrixTest, testing::Range(0, kScenes),
                          [](const auto& info) { return std::string(test::kSmallScenes[info.param].name); });
 
-// Learned lights where there are many and of every kind, by what shares their decisions: how often lights are sampled, and how directions are.
+// Learned lights where there are many and of every kind, by what shares their decisions: how often lights are sampled,
+// and how directions are.
 TEST(GuidedMatrixTest, LearnedLightsDoNotMoveTheMean) {
   for (const test::SmallScene& small : test::kSmallScenes) {
     const std::string name = small.name;
@@ -88,14 +92,21 @@ TEST(GuidedMatrixTest, LearnedLightsDoNotMoveTheMean) {
     ASSERT_GE(compiled.survey.light_groups.size(), 2u);
     const test::ImageMeans reference = test::RenderSeeds(compiled, SmallJob("path", {}), kReferenceSeeds, 1000);
     for (const char* nee : {"kickstart", "always", "learned"}) {
-      if (name == "spots" && nee == std::string("kickstart")) continue;  // nothing but next event estimation finds these
-      for (const Options& directions : {Options{{"target", "radiance"}}, Options{{"target", "switching"}}, Options{{"product", "on"}, {"target", "radiance"}}}) {
-        Options options = {{"lights", "learned"}, {"nee", nee}, {"combine", "discard"}, {"training", "5"}, {"spatial-threshold", "200"}};
+      if (name == "spots" && nee == std::string("kickstart"))
+        continue;  // nothing but next event estimation finds these
+      for (const Options& directions : {Options{{"target", "radiance"}}, Options{{"target", "switching"}},
+                                        Options{{"product", "on"}, {"target", "radiance"}}}) {
+        Options options = {{"lights", "learned"},
+                           {"nee", nee},
+                           {"combine", "discard"},
+                           {"training", "5"},
+                           {"spatial-threshold", "200"}};
         options.insert(directions.begin(), directions.end());
         const test::ImageMeans guided = test::RenderSeeds(compiled, SmallJob("sdtree", options), kSeeds, 1);
         for (int region = 0; region < test::kRegions; ++region) {
           const test::TestResult result = test::WelchTest(guided[region], reference[region], kLevel);
-          EXPECT_TRUE(result.accepted) << name << ", region " << region << ":" << Text(options) << ": " << result.message;
+          EXPECT_TRUE(result.accepted) << name << ", region " << region << ":" << Text(options) << ": "
+                                       << result.message;
         }
       }
     }
@@ -115,7 +126,8 @@ TEST(GuidedMatrixTest, AMeanThatIsFivePercentOffIsSeen) {
 TEST(GuidedMatrixTest, ProductsOfOtherTargetsAreRefusedWithTheReason) {
   for (const char* target : {"simple", "full", "switching"}) {
     try {
-      MakeMethod(SmallJob("sdtree", {{"product", "on"}, {"target", target}}), Survey{.resolution_x = 16, .resolution_y = 16});
+      MakeMethod(SmallJob("sdtree", {{"product", "on"}, {"target", target}}),
+                 Survey{.resolution_x = 16, .resolution_y = 16});
       FAIL() << target;
     } catch (const Error& error) {
       EXPECT_NE(std::string(error.what()).find("twice"), std::string::npos) << error.what();

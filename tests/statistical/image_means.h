@@ -25,7 +25,8 @@ inline void AddImage(const Image& image, ImageMeans* means, double scale = 1) {
 }
 
 // `job` names all but the seed; the images are multiplied by `scale`, for showing that a wrong mean is seen.
-inline ImageMeans RenderSeeds(const CompiledJob& compiled, JobSpec job, int seeds, uint64_t first_seed, double scale = 1) {
+inline ImageMeans RenderSeeds(const CompiledJob& compiled, JobSpec job, int seeds, uint64_t first_seed,
+                              double scale = 1) {
   ImageMeans means;
   for (int seed = 0; seed < seeds; ++seed) {
     job.seed = first_seed + static_cast<uint64_t>(seed);

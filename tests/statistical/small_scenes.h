@@ -82,8 +82,7 @@ Shape "disk" "float radius" [0.3]
 AttributeEnd
 )")},
     // Lamps in every corner, a bright one shut in a box, and a sky: which light to sample depends on the place.
-    {"lamps",
-     Room(R"(LightSource "infinite" "rgb L" [0.2 0.25 0.3]
+    {"lamps", Room(R"(LightSource "infinite" "rgb L" [0.2 0.25 0.3]
 AttributeBegin
 Material "diffuse" "rgb reflectance" [0 0 0]
 AreaLightSource "diffuse" "rgb L" [6 5 4]

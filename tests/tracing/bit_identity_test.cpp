@@ -45,7 +45,8 @@ void ExpectSameImage(const Image& a, const Image& b) {
 
 TEST(BitIdentityTest, ThreadsDoNotShow) {
   for (const std::string method : {"sdtree", "focal", "grid"}) {
-    for (const std::string& text : {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text, test::kSmallScenes[5].text}) {
+    for (const std::string& text :
+         {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text, test::kSmallScenes[5].text}) {
       const test::Rendered one = test::RenderText(text, GuidedJob(method), 1);
       for (const int threads : {2, 5}) {
         const test::Rendered many = test::RenderText(text, GuidedJob(method), threads);
