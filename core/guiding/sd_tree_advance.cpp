@@ -59,21 +59,27 @@ directional::CellMasses RecordedMasses(const SdTree& tree, const SdTreeStatistic
 
 namespace {
 
-directional::Tree RebuildTree(const SdTree& tree, directional::CellMasses masses, bool reconstruct,
+using Reconstruction = SdTreeOptions::Reconstruction;
+
+directional::Tree RebuildTree(const SdTree& tree, directional::CellMasses masses, Reconstruction reconstruction,
                               double flux_threshold) {
-  using Reconstruction = SdTreeOptions::Reconstruction;
   const SdTreeOptions& options = tree.options();
-  if (reconstruct && options.reconstruction == Reconstruction::kDense)
-    return directional::ReconstructDense(masses, {.sigma = options.dense_sigma}, flux_threshold,
-                                         options.max_directional_depth);
-  if (reconstruct && options.reconstruction == Reconstruction::kNative)
-    return directional::ReconstructNative(masses, flux_threshold, options.max_directional_depth);
+  switch (reconstruction) {
+    case Reconstruction::kDense:
+    case Reconstruction::kDenseUnlimited:
+      return directional::ReconstructDense(masses, {.sigma = options.dense_sigma}, flux_threshold,
+                                           options.max_directional_depth);
+    case Reconstruction::kNative:
+      return directional::ReconstructNative(masses, flux_threshold, options.max_directional_depth);
+    case Reconstruction::kNone:
+      break;
+  }
   return directional::Rebuild(masses.nodes, masses.node_count, std::move(masses.total), flux_threshold,
                               options.max_directional_depth);
 }
 
-RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf, bool reconstruct,
-                        double flux_threshold, double split_threshold) {
+RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf,
+                        Reconstruction reconstruction, double flux_threshold, double split_threshold) {
   const SdTreeOptions& options = tree.options();
   const SdTreeStatistics::LeafSums& sums = statistics.leaf(leaf);
   RebuiltLeaf out;
@@ -87,7 +93,7 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
     for (const double mass : masses.total) total += mass;
   }
   if (total > 0) {
-    out.tree = RebuildTree(tree, std::move(masses), reconstruct, flux_threshold);
+    out.tree = RebuildTree(tree, std::move(masses), reconstruction, flux_threshold);
     out.leaf.learned = 1;
     const double flux = sums.flux.Value() / records / tree.radiance_scale();
     out.leaf.mean_flux = static_cast<float>(std::min(flux, 3e38));
@@ -111,13 +117,16 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
   return out;
 }
 
-// Which trees are reconstructed: all, but for the document's own limit on the cost of its method.
-std::vector<uint8_t> Reconstructed(const SdTree& tree) {
-  if (tree.options().reconstruction != SdTreeOptions::Reconstruction::kDense)
-    return std::vector<uint8_t>(tree.leaf_count(), 1);
+// How each tree is made: all alike, but for the document's own limit on the cost of its method.
+std::vector<Reconstruction> Reconstructions(const SdTree& tree, Reconstruction wanted) {
+  std::vector<Reconstruction> reconstructions(tree.leaf_count(), wanted);
+  if (wanted != Reconstruction::kDense) return reconstructions;
   std::vector<int> depths;
   for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) depths.push_back(tree.leaf(leaf).depth);
-  return directional::WithinWorkload(depths, static_cast<int>(tree.iteration()));
+  const std::vector<uint8_t> within = directional::WithinWorkload(depths, static_cast<int>(tree.iteration()));
+  for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf)
+    if (within[leaf] == 0) reconstructions[leaf] = Reconstruction::kNone;
+  return reconstructions;
 }
 
 float NextScale(const SdTree& tree, const SdTreeStatistics& statistics) {
@@ -140,8 +149,8 @@ double NodesAfterSplits(const std::vector<RebuiltLeaf>& leaves) {
 
 }  // namespace
 
-std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics,
-                                      double samples_per_pixel) {
+std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics, double samples_per_pixel,
+                                      std::optional<Reconstruction> reconstruction) {
   LODESTAR_CHECK(tree.fingerprint() == statistics.tree()->fingerprint());
   LODESTAR_CHECK(samples_per_pixel > 0);
   const SdTreeOptions& options = tree.options();
@@ -150,10 +159,11 @@ std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics
 
   // Rebuild every leaf; coarser where the result would not fit.
   std::vector<RebuiltLeaf> leaves(tree.leaf_count());
-  const std::vector<uint8_t> reconstructed = Reconstructed(tree);
+  const std::vector<Reconstruction> reconstructions =
+      Reconstructions(tree, reconstruction.value_or(options.reconstruction));
   for (;;) {
     ParallelFor(tree.leaf_count(), [&](uint32_t leaf) {
-      leaves[leaf] = RebuildLeaf(tree, statistics, leaf, reconstructed[leaf] != 0, flux_threshold, split_threshold);
+      leaves[leaf] = RebuildLeaf(tree, statistics, leaf, reconstructions[leaf], flux_threshold, split_threshold);
     });
     if (NodesAfterSplits(leaves) <= static_cast<double>(options.max_nodes)) break;
     if (flux_threshold < 1) {

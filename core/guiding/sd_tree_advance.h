@@ -8,6 +8,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "core/guiding/reconstruction.h"
 #include "core/guiding/sd_tree.h"
@@ -17,7 +18,10 @@ namespace lodestar {
 
 // samples_per_pixel: of the iteration that was recorded (2^k times those of a pass), which the split threshold depends
 // on.
-std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics, double samples_per_pixel);
+// reconstruction: another than the tree's options say, for studies on the same statistics; kNative only where those
+// keep halves.
+std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics, double samples_per_pixel,
+                                      std::optional<SdTreeOptions::Reconstruction> reconstruction = {});
 
 // What was recorded in a leaf's cells, as Advance() rebuilds its D-tree from: in the target's unit, the halves apart
 // where the statistics keep them.

@@ -51,7 +51,8 @@ void SdTreeOptions::Validate() const {
   Require(initial_bsdf_fraction >= kMinBsdfFraction && initial_bsdf_fraction <= kMaxBsdfFraction,
           "initial_bsdf_fraction must be in [0.05, 0.95]");
   Require(target <= Target::kSwitching, "target must be radiance, simple, full or switching");
-  Require(reconstruction <= Reconstruction::kNative, "reconstruction must be none, dense or native");
+  Require(reconstruction <= Reconstruction::kDenseUnlimited,
+          "reconstruction must be none, dense, native or dense-unlimited");
   Require(dense_sigma >= 0.1f && dense_sigma <= 3, "dense_sigma must be in [0.1, 3]");
   Require(min_records >= 1 && min_records <= 1e9f, "min_records must be in [1, 1e9]");
   Require(max_nodes >= 1 && max_nodes <= (uint64_t{1} << 29), "max_nodes must be in [1, 2^29]");

@@ -18,18 +18,16 @@ struct SdTreeOptions {
   // What the learned share of BSDF sampling minimises; kNone keeps initial_bsdf_fraction. KL is robust to outliers.
   enum class BsdfFractionLoss : uint8_t { kNone, kKl, kVariance };
 
-  // What the directional trees are proportional to (Rath et al. 2020, "Variance-Aware Path Guiding", and Mueller et al.
-  // 2017):
-  //   radiance  the incident radiance;
-  //   simple    the root of the second moment of f cos L: what f cos weighs down is guided to less, and so is what has
-  //   no noise; full      the same, of a path's contribution relative to its pixel: dark pixels count as much as bright
-  //   ones; switching simple, and full from the fourth training iteration after the first on (Nilsson 2023,
-  //   section 4.3): a full target needs
-  //             pixel estimates that the first iterations do not have.
+  // What the directional trees are proportional to (Rath et al. 2020, "Variance-Aware Path Guiding"; Mueller et al.
+  // 2017). Radiance: the incident radiance. Simple: the root of the second moment of f cos L, so that what f cos weighs
+  // down, and what has no noise, is guided to less. Full: the same of a path's contribution relative to its pixel, so
+  // that dark pixels count as much as bright ones. Switching: simple, and full from the fourth training iteration after
+  // the first on (Nilsson 2023, section 4.3), as full needs pixel estimates that the first iterations do not have.
   enum class Target : uint8_t { kRadiance, kSimple, kFull, kSwitching };
-  // How a tree is made from its sums: as they are; by hierarchical Gaussian filtering of dense matrices (Nilsson 2023);
-  // or on the tree itself with a width found by cross-validation (docs/decisions/0008-reconstruction.md).
-  enum class Reconstruction : uint8_t { kNone, kDense, kNative };
+  // How a tree is made from its sums: as they are; by hierarchical Gaussian filtering of dense matrices (Nilsson 2023)
+  // within the document's limit on its cost, or whatever it costs; or on the tree itself with a width found by
+  // cross-validation (docs/decisions/0008-reconstruction.md).
+  enum class Reconstruction : uint8_t { kNone, kDense, kNative, kDenseUnlimited };
 
   float spatial_threshold =
       4000;  // c: a spatial leaf splits above c * sqrt(samples per pixel of the iteration / 4) records; 500 to 20000

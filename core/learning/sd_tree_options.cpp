@@ -64,9 +64,10 @@ MethodEntry SdTreeMethod::Entry() {
            "reflects (Rath et al. 2020); the same relative to the pixel; simple first and full from the fifth "
            "iteration "
            "on (Nilsson 2023). Default switching (recommended); papers, and with a product, radiance"},
-          {"reconstruction", "none | dense | native", preset,
-           "smoothing of the trees: as the 2023 document does, on matrices; or on the trees, with a strength found by "
-           "cross-validation. Default native (recommended); papers none"},
+          {"reconstruction", "none | dense | dense-unlimited | native", preset,
+           "smoothing of the trees: as the 2023 document does, on matrices, within its limit on the cost or without; "
+           "or "
+           "on the trees, with a strength found by cross-validation. Default native (recommended); papers none"},
           {"dense-sigma", "a number from 0.1 to 3", preset,
            "width of dense reconstruction's Gaussian, in cells of a layer. Default 0.5"},
           {"product", "on | off", preset,
@@ -95,7 +96,7 @@ MethodEntry SdTreeMethod::Entry() {
            "learned-variance is optimal in theory and suffers from outliers"},
           {"spatial-threshold", "a number from 1 to 1e12", preset,
            "c: a spatial leaf splits above c * sqrt(passes / 4) records. Default 700, 2019 4000, 2017 12000"},
-          {"flux-threshold", "a number from 1e-5 to 1", preset,
+          {"flux-threshold", "a number from 0.001 to 1", preset,
            "a directional cell splits above this share of its tree's flux. Default and papers 0.01"},
           {"max-depth", "an integer from 1 to 20", preset, "levels of a directional tree. Default and papers 20"},
           {"training", "auto | a number of iterations from 0 to 30", "auto",
@@ -129,10 +130,11 @@ SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
                                                         {"switching", Tree::Target::kSwitching}});
   }
   if (given.Has("reconstruction")) {
-    tree.reconstruction =
-        given.Choice<Tree::Reconstruction>("reconstruction", {{"none", Tree::Reconstruction::kNone},
-                                                              {"dense", Tree::Reconstruction::kDense},
-                                                              {"native", Tree::Reconstruction::kNative}});
+    tree.reconstruction = given.Choice<Tree::Reconstruction>(
+        "reconstruction", {{"none", Tree::Reconstruction::kNone},
+                           {"dense", Tree::Reconstruction::kDense},
+                           {"dense-unlimited", Tree::Reconstruction::kDenseUnlimited},
+                           {"native", Tree::Reconstruction::kNative}});
   }
   if (given.Has("dense-sigma")) tree.dense_sigma = static_cast<float>(given.Number("dense-sigma", 0.1, 3));
   if (given.Has("product")) options_.product = given.Choice<bool>("product", {{"on", true}, {"off", false}});
@@ -170,7 +172,7 @@ SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
   if (given.Has("bsdf-fraction")) ReadBsdfFraction(given, &tree);
   if (given.Has("spatial-threshold"))
     tree.spatial_threshold = static_cast<float>(given.Number("spatial-threshold", 1, 1e12));
-  if (given.Has("flux-threshold")) tree.flux_threshold = static_cast<float>(given.Number("flux-threshold", 1e-5, 1));
+  if (given.Has("flux-threshold")) tree.flux_threshold = static_cast<float>(given.Number("flux-threshold", 1e-3, 1));
   if (given.Has("max-depth")) tree.max_directional_depth = given.Integer("max-depth", 1, 20);
   if (given.Text("training") != "auto") options_.training = given.Integer("training", 0, 30);
   tree.Validate();
