@@ -142,7 +142,8 @@ Outcome Render(const CompiledJob& compiled, JobSpec job, const Setting& setting)
   };
   Loop loop(job, compiled.survey, make_method);
   // The tracing half knows the job's method by its own type.
-  LocalExecutor executor(compiled.scene, job, *MakeMethod(job, compiled.survey));
+  const std::unique_ptr<Method> method = MakeMethod(job, compiled.survey);
+  LocalExecutor executor(compiled.scene, job, *method);
   loop.Run(executor, {}, {});
   const JobReport report = loop.Report();
   return {EstimateError(loop.Develop()).relmse_trimmed, report.seconds_learning, report.seconds};

@@ -1,6 +1,8 @@
 // What the trees become proportional to, and that two halves of the records are kept apart.
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "core/guiding/sd_tree_advance.h"
 #include "tests/guiding/synthetic.h"
 
@@ -77,6 +79,48 @@ TEST(Target, OfLaterIterations) {
 TEST(Target, FullDoesNotDependOnTheUnitOfPixels) {
   // All pixels a thousand and twenty-four times as bright: the same tree.
   EXPECT_NEAR(Upper(*Learn(Target::kFull, 3, 0x1p-10f)), Upper(*Learn(Target::kFull, 3)), 1e-4);
+}
+
+// Light from one direction alone: the trees grow deeper with each iteration. The document leaves those deeper than 10
+// levels as they are.
+TEST(Reconstruction, LimitedDenseLeavesDeepTreesAlone) {
+  const auto learn = [](Reconstruction reconstruction, int iterations) {
+    SdTreeOptions options = Options(Target::kRadiance, reconstruction);
+    options.max_directional_depth = 11;
+    auto tree = SdTree::Initial(synthetic::UnitCube(), options);
+    for (int i = 0; i < iterations; ++i) {
+      SdTreeStatistics statistics(tree);
+      for (int k = 0; k < 1000; ++k) {
+        SdTreeRecord r;
+        r.position = {0.5f, 0.5f, 0.5f};
+        r.leaf = 0;
+        r.direction = SquareToSphere({0.3f, 0.6f});
+        r.bsdf_pdf = r.pdf = kUniformSpherePdf;
+        r.tree_pdf = tree->Pdf(0, r.direction);
+        r.radiance = 1;
+        statistics.Record({&r, 1}, static_cast<uint64_t>(k));
+      }
+      tree = Advance(*tree, statistics, 4);
+    }
+    return tree;
+  };
+  const auto same = [](const SdTree& a, const SdTree& b) {
+    return a.leaf(0).node_count == b.leaf(0).node_count &&
+           std::memcmp(a.Tree(0), b.Tree(0), a.leaf(0).node_count * sizeof(DirectionalNode)) == 0;
+  };
+  int shallow = 0, deep = 0;
+  for (int iterations = 2; iterations <= 5; ++iterations) {
+    const auto plain = learn(Reconstruction::kNone, iterations), limited = learn(Reconstruction::kDense, iterations),
+               unlimited = learn(Reconstruction::kDenseUnlimited, iterations);
+    const int recorded = learn(Reconstruction::kNone, iterations - 1)->leaf(0).depth;
+    (recorded > 10 ? deep : shallow) += 1;
+    if (recorded > 10) {
+      EXPECT_TRUE(same(*limited, *plain)) << iterations;
+      EXPECT_FALSE(same(*unlimited, *plain)) << iterations;
+    }
+  }
+  EXPECT_GE(shallow, 1);
+  EXPECT_GE(deep, 1);
 }
 
 TEST(Halves, AreKeptOnlyForNativeReconstructionAndAddUp) {
