@@ -200,6 +200,8 @@ struct DistantLight {
 struct InfiniteLight {
   Rgb radiance{Rgb(1)};  // times the image where there is one
   std::string path;      // equal-area octahedral image, or empty
+  // Of an image: what arrives on a plane that faces the light's +z (luminance, cosine included); 0: the image as it is.
+  float illuminance = 0;
 };
 struct LightDescription {
   std::variant<PointLight, SpotLight, DistantLight, InfiniteLight> kind;

@@ -30,6 +30,28 @@ Vec2 DirectionToOctahedral(Vec3 w) {
   return {unit(std::copysign(u, w.x)), unit(std::copysign(v, w.y))};
 }
 
+Rgb IrradianceFromAbove(const std::vector<Rgb>& pixels, int size) {
+  // Cosines at the middles of 4 x 4 parts of each pixel: one in the middle of all is 0.1 % off at 64 x 64 pixels.
+  constexpr int kParts = 4;
+  const float scale = 2 / static_cast<float>(size * kParts);
+  double sum[3] = {0, 0, 0};
+  for (int y = 0; y < size; ++y) {
+    for (int x = 0; x < size; ++x) {
+      float cosine = 0;
+      for (int part = 0; part < kParts * kParts; ++part) {
+        const float u = (static_cast<float>(x * kParts + part % kParts) + 0.5f) * scale - 1,
+                    v = (static_cast<float>(y * kParts + part / kParts) + 0.5f) * scale - 1;
+        const float r = std::fabs(u) + std::fabs(v);  // above 1: the lower hemisphere
+        cosine += std::max(1 - r * r, 0.0f);
+      }
+      for (int c = 0; c < 3; ++c) sum[c] += double{cosine} * double{pixels[size_t(y) * size_t(size) + size_t(x)][c]};
+    }
+  }
+  const double solid_angle = 4 * double{kPi} / (double{kParts * kParts} * size * size);  // of a part
+  return {static_cast<float>(sum[0] * solid_angle), static_cast<float>(sum[1] * solid_angle),
+          static_cast<float>(sum[2] * solid_angle)};
+}
+
 EnvironmentLight::EnvironmentLight(const std::vector<Rgb>& pixels, int size, const Transform& world_from_light)
     : size_(static_cast<uint32_t>(size)),
       texels_(pixels.size()),

@@ -22,6 +22,9 @@ namespace lodestar {
 Vec3 OctahedralToDirection(Vec2 square);
 Vec2 DirectionToOctahedral(Vec3 w);
 
+// Irradiance of an image of size * size pixels on a plane that faces +z.
+Rgb IrradianceFromAbove(const std::vector<Rgb>& pixels, int size);
+
 class EnvironmentLight {
  public:
   explicit EnvironmentLight(Rgb constant) : mean_(constant) {}

@@ -108,7 +108,10 @@ void PbrtBuilder::LightSource(const Token& directive) {
         params.Fail(*l, "cannot be combined with \"filename\"; use \"scale\"");
       infinite.path = NeedFile(params, *file, params.String("filename", ""));
       infinite.radiance = Rgb(params.NonNegativeFloat("scale", 1));
-      params.Refuse({"illuminance"}, "it needs the image; use \"scale\"");
+      if (const auto illuminance = params.FindFloat("illuminance")) {
+        if (!(*illuminance > 0)) params.Fail(*params.Find("illuminance", {"float"}), "must be greater than 0");
+        infinite.illuminance = *illuminance;
+      }
     } else {
       infinite.radiance = WithStrength(params, LightSpectrum(params, "L"), "illuminance", kPi);
     }

@@ -129,6 +129,14 @@ void CompileLights(const SceneDescription& description, SceneParts* parts) {
                          Fail(light.where, "environment image '" + l.path + "' holds values that are not finite");
                        p = Rgb(std::max(p.r, 0.0f), std::max(p.g, 0.0f), std::max(p.b, 0.0f)) * l.radiance;
                      }
+                     if (l.illuminance > 0) {
+                       const float now =
+                           Luminance(IrradianceFromAbove(image.pixels, image.width)) / Luminance(l.radiance);
+                       if (!(now > 0))
+                         Fail(light.where, "\"illuminance\" needs light from above, and environment image '" + l.path +
+                                               "' has none (or \"scale\" is 0)");
+                       for (Rgb& p : image.pixels) p = p * (l.illuminance / now);
+                     }
                      parts->lights.AddEnvironment(EnvironmentLight(image.pixels, image.width, light.world_from_light));
                    },
                },

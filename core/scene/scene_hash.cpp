@@ -167,6 +167,7 @@ void HashLight(const LightDescription& light, Hasher& put) {
                  [&](const InfiniteLight& l) {
                    put(l.radiance);
                    put(!l.path.empty());
+                   put(l.illuminance);
                    if (!l.path.empty()) put.File(l.path);
                    put(light.world_from_light);
                  },

@@ -66,7 +66,9 @@ TEST(LightGroups, AreFewCompleteAndSeparateKinds) {
       kinds[g] = kind;
     }
     for (size_t g = 0; g < shares.size(); ++g) EXPECT_NEAR(groups.shares()[g], shares[g], 1e-6) << g;
-    if (distant == 0 && environments == 0) EXPECT_EQ(shares.size(), std::min<size_t>(shining, kMaxLightGroups));
+    if (distant == 0 && environments == 0) {
+      EXPECT_EQ(shares.size(), std::min<size_t>(shining, kMaxLightGroups));
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 
+#include "core/base/error.h"
 #include "core/image/image.h"
 #include "core/scene/light_environment.h"
 #include "core/scene/light_shapes.h"
@@ -412,6 +413,37 @@ TEST(EnvironmentLight, DimSkyWithATinySun) {
   const auto t = test::TTest(Irradiance(*scene, {0, 0, 0}, n, 200000), irradiance, kLevel, 1e-4 * irradiance);
   EXPECT_TRUE(t.accepted) << t.message;
   EXPECT_EQ(reference.Evaluate({0, 0, 1}).radiance, image.At(64, 64));
+}
+
+TEST(EnvironmentLight, IlluminanceOfAnImage) {
+  constexpr int kSize = 64;
+  FloatImage image{kSize, kSize, std::vector<Rgb>(kSize * kSize)};
+  for (int i = 0; i < kSize * kSize; ++i) image.pixels[i] = Rgb(0.1f + 0.3f * float(i % 5));
+  const std::string path = testing::TempDir() + "/illuminance.exr";
+  WriteExr(path, image);
+  const Transform turned = Transform::Rotate(50, {1, -2, 1});
+  const auto compile = [&](float scale, float illuminance) {
+    SceneBuilder b;
+    b.d.lights.push_back({InfiniteLight{Rgb(scale), path, illuminance}, turned, {"test.pbrt", 5, 1}});
+    return b.Compile();
+  };
+  ExpectIrradiance(*compile(1, 10), {0, 0, 0}, Normalize(turned.Vector({0, 0, 1})), 10);
+  ExpectIrradiance(*compile(2, 10), {0, 0, 0}, Normalize(turned.Vector({0, 0, 1})), 20);
+  // An even image is a constant light: pi for a radiance of 1.
+  EXPECT_NEAR(IrradianceFromAbove(std::vector<Rgb>(kSize * kSize, Rgb(1)), kSize).g, kPi, 1e-3);
+  // Light from below alone.
+  for (int i = 0; i < kSize * kSize; ++i) {
+    const Vec2 at{(float(i % kSize) + 0.5f) / kSize, (float(i / kSize) + 0.5f) / kSize};
+    if (OctahedralToDirection(at).z > -0.1f) image.pixels[i] = Rgb(0);
+  }
+  WriteExr(path, image);
+  try {
+    compile(1, 10);
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("test.pbrt:5:1"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("needs light from above"), std::string::npos) << error.what();
+  }
 }
 
 TEST(EnvironmentLight, TexelsAreSampledByWhatExceedsTheMean) {

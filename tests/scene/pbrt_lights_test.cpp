@@ -99,6 +99,9 @@ TEST(PbrtLights, Infinite) {
   const auto sky = Get<InfiniteLight>(scene.lights.at(0).kind);
   EXPECT_EQ(sky.path, (Folder() / "image.png").string());
   EXPECT_EQ(sky.radiance, Rgb(3));
+  EXPECT_EQ(sky.illuminance, 0);
+  EXPECT_EQ(Made<InfiniteLight>("\"infinite\" \"string filename\" \"image.png\" \"float illuminance\" 7").illuminance,
+            7);
   EXPECT_NEAR(scene.lights[0].world_from_light.Vector({1, 0, 0}).y, 1, 1e-6);
 }
 
@@ -140,8 +143,8 @@ TEST(PbrtLights, RefusesByNameAndPlace) {
       {"LightSource \"infinite\" \"string filename\" \"absent.exr\"", kMissing, "2:24", "absent.exr"},
       {"LightSource \"infinite\" \"string filename\" \"image.png\" \"rgb L\" [1 1 1]", kBad, "2:54",
        "cannot be combined"},
-      {"LightSource \"infinite\" \"string filename\" \"image.png\" \"float illuminance\" 1", kNo, "2:54",
-       "use \"scale\""},
+      {"LightSource \"infinite\" \"string filename\" \"image.png\" \"float illuminance\" 0", kBad, "2:54",
+       "greater than 0"},
       {"LightSource \"infinite\" \"point3 portal\" [0 0 0 1 0 0 1 1 0 0 1 0]", kNo, "2:24", "whole environment"},
       {"ObjectBegin \"o\" LightSource \"point\" ObjectEnd", kNo, "2:17", "cannot be instanced"},
   };
