@@ -152,27 +152,27 @@ Outcome Render(const CompiledJob& compiled, JobSpec job, const Setting& setting)
 void Study(const char* path, const JobSpec& job, uint64_t seeds, const std::vector<Setting>& settings) {
   const CompiledJob compiled = CompileJob(ParsePbrtFile(path), job);
   std::printf(
-      "\n%s, %ux%u, %llu seeds\n\n| setting | relMSE | relative | +- | learning |\n| --- | ---: | ---: | ---: | ---: "
+      "\n%s, %ux%u, %llu seeds\n\n| setting | relMSE | ratio | +- | learning |\n| --- | ---: | ---: | ---: | ---: "
       "|\n",
       path, job.resolution_x, job.resolution_y, static_cast<unsigned long long>(seeds));
   std::vector<double> baseline;
   for (const Setting& setting : settings) {
-    double error = 0, ratio = 0, ratio_squared = 0, learning = 0;
+    double error = 0, learning = 0, log_ratio = 0, log_ratio_squared = 0;
     for (uint64_t seed = 0; seed < seeds; ++seed) {
       JobSpec seeded = job;
       seeded.seed = seed;
       const Outcome outcome = Render(compiled, seeded, setting);
       if (&setting == &settings.front()) baseline.push_back(outcome.error);
-      const double relative = outcome.error / baseline[seed];
+      const double ratio = std::log(outcome.error / baseline[seed]);
       error += outcome.error;
-      ratio += relative;
-      ratio_squared += relative * relative;
       learning += outcome.seconds_learning / outcome.seconds;
+      log_ratio += ratio;
+      log_ratio_squared += ratio * ratio;
     }
-    const double n = static_cast<double>(seeds);
-    const double variance = std::max(ratio_squared / n - ratio / n * ratio / n, 0.0) * n / std::max(n - 1, 1.0);
-    std::printf("| %s | %.4g | %.3f | %.3f | %.1f %% |\n", setting.name.c_str(), error / n, ratio / n,
-                std::sqrt(variance), 100 * learning / n);
+    const double n = static_cast<double>(seeds), mean = log_ratio / n;
+    const double standard_error = std::sqrt(std::max(log_ratio_squared / n - mean * mean, 0.0) / std::max(n - 1, 1.0));
+    std::printf("| %s | %.4g | %.3f | %.1f %% | %.1f %% |\n", setting.name.c_str(), error / n, std::exp(mean),
+                100 * standard_error, 100 * learning / n);
     std::fflush(stdout);
   }
 }
