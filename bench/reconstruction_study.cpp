@@ -19,9 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/studied_method.h"
 #include "core/film/error_metrics.h"
-#include "core/guiding/sd_tree_advance.h"
-#include "core/learning/sd_tree_guiding.h"
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/local_executor.h"
 
@@ -38,44 +37,11 @@ struct Setting {
   std::optional<SdTreeOptions::Reconstruction> after_training = {};
 };
 
-// SD-tree guiding whose trees are reconstructed once, when training ends: until then they are the same whatever comes.
-class ReconstructedLast final : public Method {
- public:
-  ReconstructedLast(const JobSpec& job, const Survey& survey, SdTreeOptions::Reconstruction reconstruction)
-      : inner_(job, survey), reconstruction_(reconstruction) {}
-  std::string_view name() const override { return inner_.name(); }
-  std::shared_ptr<const State> Initial() const override { return inner_.Initial(); }
-  std::shared_ptr<const State> ParseState(std::string_view bytes) const override { return inner_.ParseState(bytes); }
-  std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const override {
-    return inner_.NewStatistics(state);
-  }
-  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
-                                              std::string_view bytes) const override {
-    return inner_.ParseStatistics(state, bytes);
-  }
-  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
-                                       const IterationResult& result) const override {
-    if (result.statistics == nullptr) return state;
-    return std::make_shared<SdTreeState>(
-        lodestar::Advance(dynamic_cast<const SdTreeState&>(*state).tree(),
-                          dynamic_cast<const SdTreeGuidingStatistics&>(*result.statistics).sums(),
-                          static_cast<double>(result.passes),
-                          result.last ? reconstruction_ : SdTreeOptions::Reconstruction::kNone),
-        EstimatePixels(*result.image));
-  }
-  uint64_t IterationPasses(uint32_t iteration) const override { return inner_.IterationPasses(iteration); }
-  Combination combination() const override { return inner_.combination(); }
-
- private:
-  SdTreeMethod inner_;
-  SdTreeOptions::Reconstruction reconstruction_;
-};
-
-// Papers' settings with next event estimation off, as in the document.
+// The 2019 settings, but next event estimation always.
 Setting Paper(const std::string& name, const std::string& target, const std::string& reconstruction) {
   return {name,
           {{"preset", "2019"},
-           {"nee", "never"},
+           {"nee", "always"},
            {"combine", "discard"},
            {"target", target},
            {"reconstruction", reconstruction}}};
@@ -138,7 +104,10 @@ Outcome Render(const CompiledJob& compiled, JobSpec job, const Setting& setting)
   job.budget.spp = (uint64_t{1} << setting.training_iterations) - 1 + kRenderingPasses;
   const MethodFactory make_method = [&](const JobSpec& spec, const Survey& survey) -> std::unique_ptr<Method> {
     if (!setting.after_training) return MakeMethod(spec, survey);
-    return std::make_unique<ReconstructedLast>(spec, survey, *setting.after_training);
+    // Until training ends the trees are the same whatever comes.
+    return std::make_unique<StudiedMethod>(spec, survey, [&](const IterationResult& result) {
+      return result.last ? *setting.after_training : SdTreeOptions::Reconstruction::kNone;
+    });
   };
   Loop loop(job, compiled.survey, make_method);
   // The tracing half knows the job's method by its own type.

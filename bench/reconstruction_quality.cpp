@@ -1,0 +1,168 @@
+// How near to the truth are reconstructed directional trees? On what a scene's own paths recorded, leaf by leaf, so
+// that neither the noise of images nor the rest of the renderer shows.
+//
+//   build/release/bin/reconstruction_quality WIDTHxHEIGHT SCENE.pbrt [OPTION=VALUE of sdtree]...
+//
+// After 15 training samples a pixel, trees are made from 16 more, and compared with what 256 further samples recorded
+// in the same cells. chi-square is the second moment of guiding by (0.7 tree + 0.3 uniform) towards that, 1 at best;
+// the geometric mean over leaves, and its ratio to the tree as recorded.
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "bench/studied_method.h"
+#include "core/scene/pbrt_parser.h"
+#include "core/tracing/local_executor.h"
+
+namespace lodestar {
+namespace {
+
+using directional::CellMasses;
+
+constexpr uint32_t kIteration = 4;
+constexpr uint64_t kPasses = 16, kTruthPasses = 256;
+constexpr double kUniform = 0.3;
+
+struct Recording {
+  std::shared_ptr<const SdTree> tree;  // what the masses' nodes belong to
+  std::vector<CellMasses> masses;
+  std::vector<double> records;
+};
+
+// Of iteration kIteration, lengthened to `passes`.
+Recording Record(const CompiledJob& compiled, JobSpec job, uint64_t passes) {
+  Recording out;
+  job.training_iterations = kIteration + 1;
+  job.budget.spp = (uint64_t{1} << kIteration) - 1 + passes + 1;
+  const auto make_method = [&](const JobSpec& spec, const Survey& survey) {
+    return std::make_unique<StudiedMethod>(
+        spec, survey, [](const IterationResult&) { return SdTreeOptions::Reconstruction::kNone; },
+        [&](const std::shared_ptr<const SdTree>& tree, const SdTreeStatistics& sums, const IterationResult& result) {
+          if (result.iteration != kIteration) return;
+          out.tree = tree;
+          for (uint32_t leaf = 0; leaf < tree->leaf_count(); ++leaf) {
+            out.masses.push_back(RecordedMasses(*tree, sums, leaf));
+            out.records.push_back(sums.leaf(leaf).records());
+          }
+        },
+        [&](uint32_t k) { return k == kIteration ? passes : uint64_t{1} << k; });
+  };
+  Loop loop(job, compiled.survey, make_method);
+  const std::unique_ptr<Method> method = MakeMethod(job, compiled.survey);
+  LocalExecutor executor(compiled.scene, job, *method);
+  loop.Run(executor, {}, {});
+  return out;
+}
+
+// What a tree (from node `at`, of mass `mass`; null: evenly) gives to each recorded cell below `node`.
+void Spread(const DirectionalNode* recorded, uint32_t node, const DirectionalNode* tree, uint32_t at, double mass,
+            std::vector<double>* out) {
+  for (uint32_t c = 0; c < 4; ++c) {
+    const double part = mass * (tree != nullptr ? double{tree[at].Probability(c)} : 0.25);
+    const uint32_t below = tree != nullptr ? tree[at].child[c] : 0, child = recorded[node].child[c];
+    if (child != 0) {
+      Spread(recorded, child, below != 0 ? tree : nullptr, below, part, out);
+    } else {
+      (*out)[node * 4 + c] = part;
+    }
+  }
+}
+
+// Masses of the truth alone: sums add up, and so do the squares of masses that are roots of sums.
+std::vector<double> Further(const CellMasses& all, const CellMasses& first, bool roots) {
+  std::vector<double> masses(all.total.size());
+  for (size_t slot = 0; slot < masses.size(); ++slot) {
+    const double a = all.total[slot], b = first.total[slot];
+    masses[slot] = roots ? std::sqrt(std::max(a * a - b * b, 0.0)) : std::max(a - b, 0.0);
+  }
+  return masses;
+}
+
+double ChiSquare(const std::vector<double>& truth, const std::vector<double>& guide, const std::vector<double>& area) {
+  double total = 0, sum = 0;
+  for (const double mass : truth) total += mass;
+  for (size_t slot = 0; slot < truth.size(); ++slot) {
+    const double p = truth[slot] / total;
+    if (p > 0) sum += p * p / ((1 - kUniform) * guide[slot] + kUniform * area[slot]);
+  }
+  return sum;
+}
+
+void Study(const char* path, const JobSpec& job) {
+  const CompiledJob compiled = CompileJob(ParsePbrtFile(path), job);
+  const Recording first = Record(compiled, job, kPasses), all = Record(compiled, job, kPasses + kTruthPasses);
+  const SdTreeOptions& options = first.tree->options();
+  const bool roots = first.tree->target() != SdTreeOptions::Target::kRadiance;
+  const double threshold = double{options.flux_threshold};
+  const int depth = options.max_directional_depth;
+
+  struct Sums {
+    int leaves = 0;
+    std::array<double, 4> log{};
+  };
+  std::map<int, Sums> by_records;  // by powers of 4
+  for (uint32_t leaf = 0; leaf < first.tree->leaf_count(); ++leaf) {
+    const CellMasses& masses = first.masses[leaf];
+    const std::vector<double> truth = Further(all.masses[leaf], masses, roots);
+    const auto empty = [](const std::vector<double>& m) {
+      return std::all_of(m.begin(), m.end(), [](double x) { return !(x > 0); });
+    };
+    if (empty(masses.total) || empty(truth)) continue;
+    std::vector<double> area(truth.size()), guide(truth.size());
+    Spread(masses.nodes, 0, nullptr, 0, 1, &area);
+    const directional::Tree trees[] = {
+        directional::Rebuild(masses.nodes, masses.node_count, masses.total, threshold, depth),
+        directional::ReconstructDense(masses, {.sigma = 0.5f}, threshold, depth),
+        directional::ReconstructDense(masses, {.sigma = 0.8f}, threshold, depth),
+        directional::ReconstructNative(masses, threshold, depth)};
+    Sums& sums = by_records[static_cast<int>(std::log2(std::max(first.records[leaf], 1.0)) / 2)];
+    ++sums.leaves;
+    for (size_t kind = 0; kind < std::size(trees); ++kind) {
+      Spread(masses.nodes, 0, trees[kind].nodes.data(), 0, 1, &guide);
+      sums.log[kind] += std::log(ChiSquare(truth, guide, area));
+    }
+  }
+  std::printf(
+      "\n%s, %ux%u\n\n| records | leaves | as recorded | dense 0.5 | dense 0.8 | native |\n"
+      "| ---: | ---: | ---: | ---: | ---: | ---: |\n",
+      path, job.resolution_x, job.resolution_y);
+  for (const auto& [power, sums] : by_records) {
+    const auto mean = [&](size_t kind) { return std::exp(sums.log[kind] / sums.leaves); };
+    std::printf("| %d to %d | %d | %.2f |", 1 << (2 * power), 4 << (2 * power), sums.leaves, mean(0));
+    for (const size_t kind : {1, 2, 3}) std::printf(" %.2f |", mean(kind) / mean(0));
+    std::printf("\n");
+  }
+}
+
+int Run(int argc, char** argv) {
+  JobSpec job;
+  job.method = "sdtree";
+  job.filter = "box";
+  if (argc < 3 || std::sscanf(argv[1], "%ux%u", &job.resolution_x, &job.resolution_y) != 2) {
+    std::fprintf(stderr, "usage: reconstruction_quality WIDTHxHEIGHT SCENE.pbrt [OPTION=VALUE]...\n");
+    return 2;
+  }
+  job.options = {{"combine", "discard"}, {"reconstruction", "native"}};  // native: two halves are kept
+  for (int i = 3; i < argc; ++i) {
+    const std::string option = argv[i];
+    const size_t equals = option.find('=');
+    job.options[option.substr(0, equals)] = equals == std::string::npos ? "" : option.substr(equals + 1);
+  }
+  Study(argv[2], job);
+  return 0;
+}
+
+}  // namespace
+}  // namespace lodestar
+
+int main(int argc, char** argv) {
+  try {
+    return lodestar::Run(argc, argv);
+  } catch (const lodestar::Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 3;
+  }
+}
