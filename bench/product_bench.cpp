@@ -92,12 +92,19 @@ void Measure(std::vector<Timed>& all, const std::vector<Vertex>& vertices, int r
 
 void Costs(const SdTree& tree, int repetitions) {
   const auto vertices = Vertices(tree, 1 << 14);
+  std::vector<TreeTop> tops;
+  for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) tops.emplace_back(tree.Tree(leaf));
   std::printf(
       "cost in ns: spatial lookup + sample + density of another direction; tree alone, product, naive product\n"
       "%-15s %7s | %7s = %5s + %5s + %5s | %7s  %s\n",
       "material", "tree", "product", "make", "sample", "pdf", "naive", "product / naive");
   for (const Material& m : kMaterials) {
     const auto lobes = [&](const Vertex& v) { return ProductLobes(v.frame, v.wo, m.lobes); };
+    const auto at = [&](const Vertex& v) {
+      const uint32_t leaf = tree.LeafAt(v.position);
+      tops[leaf].Prefetch();
+      return ProductDistribution(tree.Tree(leaf), tops[leaf], lobes(v));
+    };
     constexpr size_t kCount = 1 << 14;
     std::vector<Timed> all;
     all.push_back({[&](const Vertex& v) {
@@ -106,17 +113,17 @@ void Costs(const SdTree& tree, int repetitions) {
                    },
                    kCount});
     all.push_back({[&](const Vertex& v) {
-                     const ProductDistribution product(tree.Tree(tree.LeafAt(v.position)), lobes(v));
+                     const ProductDistribution product = at(v);
                      if (product.usable()) sink += product.Sample(v.u).pdf + product.Pdf(v.other);
                    },
                    kCount});
     all.push_back({[&](const Vertex& v) {
-                     const ProductDistribution product(tree.Tree(tree.LeafAt(v.position)), lobes(v));
+                     const ProductDistribution product = at(v);
                      sink += product.mass();
                    },
                    kCount});
     all.push_back({[&](const Vertex& v) {
-                     const ProductDistribution product(tree.Tree(tree.LeafAt(v.position)), lobes(v));
+                     const ProductDistribution product = at(v);
                      if (product.usable()) sink += product.Sample(v.u).pdf;
                    },
                    kCount});
@@ -156,7 +163,8 @@ void Quality(const SdTree& tree) {
         found[k].push_back(*std::min_element(variances.begin(), variances.end()));
         found[k + 4].push_back(variances[4]);
       };
-      const ProductDistribution product(nodes, lobes);
+      const TreeTop top(nodes);
+      const ProductDistribution product(nodes, top, lobes);
       if (!product.usable()) continue;
       add(0, FluxOnly(nodes));
       add(1, product);

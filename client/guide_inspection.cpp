@@ -169,7 +169,8 @@ void DrawTechniques(const Method& method, const State& state, const GuideView& v
   const uint32_t leaf = tree.LeafAt(hit.si.p);
   const auto* options = dynamic_cast<const SdTreeMethod*>(&method);
   if (options != nullptr && options->options().product) {
-    const ProductDistribution product(tree.Tree(leaf), *view.point->lobes);
+    const TreeTop top(tree.Tree(leaf));
+    const ProductDistribution product(tree.Tree(leaf), top, *view.point->lobes);
     if (product.usable()) return draw([&](Vec2 u) { return product.Sample(u).w; });
   }
   draw([&](Vec2 u) { return tree.Sample(leaf, u).w; });

@@ -45,7 +45,8 @@ void DrawSlices(const SdTree& tree, const GuideView& view, PictureFolder* out) {
 void DrawProduct(const ProductLobes& lobes, const std::string& at, const DirectionalNode* nodes, PictureFolder* out) {
   if (lobes.none()) return;
   out->DrawDensity("lobes", "lobes " + at, [&](Vec3 w) { return lobes.Density(w); });
-  const ProductDistribution product(nodes, lobes);
+  const TreeTop top(nodes);
+  const ProductDistribution product(nodes, top, lobes);
   if (!product.usable()) return;
   out->DrawDensity("product", "product " + at, [&](Vec3 w) { return product.Pdf(w); });
   // What it stands for, normalised by its own integral.

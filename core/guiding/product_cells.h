@@ -1,16 +1,9 @@
 // Integrals of lobes over cells of the cylindrical square (directional_tree.h): over all 8 x 8 cells of its third level
-// at once, and over the four children of any cell.
+// at once, and over the 4 x 4 cells two levels below any cell.
 //
-// How an LTC is integrated depends on how wide the cell is beside it. Up to its width: the density at the centre, for
-// children. Up to four times that: the density at four points. Wider: the closed form over polygons, whose sides are
-// great circles. Meridians are; the third level's parallels are bent once in the middle, and those of finer cells are
-// short. Neighbours share their edges, so they never overlap and the integrals over children add up to their parent's.
-// The points are the cheapest and true to the cell's shape; the closed form cannot miss a lobe.
-//
-// The integral of a cosine over a polygon partly below its horizon is had without clipping, or its approximation by
-// spheres (Hill and Heitz 2016): it is half the integral of r^2 dphi along the boundary, r the distance from the axis,
-// and what of the boundary lies below the horizon is lifted to it along its meridian, where r is 1. So an edge is worth
-// the same whichever cell it bounds.
+// How an LTC is integrated depends on how wide the cell is beside it. Up to its width: the density at the centre. Up to
+// four times that: the density at four points. Wider: points that follow the lobe itself, each worth the same. All are
+// cheap and true to the cells' shape, whatever the poles do; polygons with sides of great circles are neither.
 #pragma once
 
 #include <array>
@@ -22,9 +15,12 @@ namespace lodestar::product {
 
 inline constexpr int kSide = 8, kBlock = kSide * kSide;  // cell x + kSide y, x in cos theta, y in phi
 inline constexpr int kBlockLevel = 3;
-inline constexpr int kFinest = 8;  // the deepest level whose cells are integrated over
+inline constexpr int kPatchSide = 4, kPatch = kPatchSide * kPatchSide;  // x + kPatchSide y
+inline constexpr int kPatchLevels = 2;
+inline constexpr int kFinest = 7;  // the deepest level whose cells are integrated over
 
 struct alignas(32) Block : std::array<float, kBlock> {};
+struct alignas(32) Patch : std::array<float, kPatch> {};
 
 // The square root of the solid angle of a cell of `level`.
 inline float CellSize(int level) {
@@ -37,7 +33,18 @@ void AddCosine(Vec3 normal, float weight, Block& sum);
 // Adds weight * the integral of the LTC, cut off below the horizon of `normal`.
 void AddGlossy(const Ltc& ltc, Vec3 normal, float weight, Block& sum);
 
-// The integrals of all the lobes over the children of cell (x, y) of `level` < kFinest, child x half + 2 y half.
-std::array<float, 4> Children(const ProductLobes& lobes, int level, uint32_t x, uint32_t y);
+// Whether the lobe's density is far from even over the cells of `level`.
+inline bool IsNarrow(const Ltc& ltc, int level) {
+  return ltc.width() < 2 * CellSize(level);
+}
+
+// The lobes' mean densities, per steradian, over the cells two levels below cell (x, y) of `level`; level + 2 <=
+// kFinest.
+struct PatchDensities {
+  Patch all;
+  Patch narrow;             // what narrow lobes add to it
+  bool has_narrow = false;  // else `narrow` is not set
+};
+PatchDensities Densities(const ProductLobes& lobes, int level, uint32_t x, uint32_t y);
 
 }  // namespace lodestar::product

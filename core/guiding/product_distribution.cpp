@@ -1,5 +1,7 @@
 #include "core/guiding/product_distribution.h"
 
+#include <xsimd/xsimd.hpp>
+
 namespace lodestar {
 namespace {
 
@@ -8,185 +10,146 @@ using directional::ToInteger;
 using product::Block;
 using product::kBlock;
 using product::kBlockLevel;
+using product::kPatch;
+using product::kPatchLevels;
+using product::kPatchSide;
 using product::kSide;
+using product::Patch;
 
-constexpr DirectionalNode kUniform;
+// A cell with less of the narrow lobes than this is left to the flux.
+constexpr float kLeastNarrow = 0.1f;
 
-// P(child) of a node, child by child. Adds up to 1 but for rounding.
-struct Quarters {
-  explicit Quarters(const DirectionalNode& node) {
-    const float left = static_cast<float>(node.left) * 0x1p-15f, right = 1 - left;
-    p[0] = left * (static_cast<float>(node.lower[0]) * 0x1p-15f);
-    p[1] = right * (static_cast<float>(node.lower[1]) * 0x1p-15f);
-    p[2] = left - p[0];
-    p[3] = right - p[1];
+using Four = xsimd::make_sized_batch_t<float, kPatchSide>;
+static_assert(kPatchSide == 4);
+
+// The tree's probabilities of the cells two levels below a node, 0 for none, by rows.
+std::array<Four, kPatchSide> GatherFlux(const DirectionalNode* nodes, uint32_t node) {
+  const DirectionalNode& parent = node == 0 ? kUniformNode : nodes[node];
+  alignas(16) std::array<int32_t, 4> left, lower0, lower1;
+  for (int c = 0; c < 4; ++c) {
+    const DirectionalNode& child = parent.child[c] == 0 ? kUniformNode : nodes[parent.child[c]];
+    left[c] = child.left, lower0[c] = child.lower[0], lower1[c] = child.lower[1];
   }
-  float p[4];
-};
-
-// The tree's probabilities of the block's cells. A tree that ends earlier is uniform below.
-void GatherFlux(const DirectionalNode* nodes, Block& flux) {
-  const auto spread = [&](uint32_t at, uint32_t size, float share) {
-    for (uint32_t j = 0; j < size; ++j) {
-      for (uint32_t i = 0; i < size; ++i) flux[at + j * kSide + i] = share;
-    }
+  const auto portion = [](const std::array<int32_t, 4>& p) {
+    return xsimd::batch_cast<float>(xsimd::batch<int32_t, Four::arch_type>::load_aligned(p.data())) * 0x1p-15f;
   };
-  const auto corner = [](uint32_t c, uint32_t size) { return (c & 1) * size + (c >> 1) * size * kSide; };
-  const Quarters root(nodes[0]);
-  for (uint32_t a = 0; a < 4; ++a) {
-    const uint32_t at_a = corner(a, 4), index_a = nodes[0].child[a];
-    if (index_a == 0) {
-      spread(at_a, 4, root.p[a] * 0x1p-4f);
-      continue;
-    }
-    const DirectionalNode& node_a = nodes[index_a];
-    const Quarters in_a(node_a);
-    for (uint32_t b = 0; b < 4; ++b) {
-      const uint32_t at = at_a + corner(b, 2), index_b = node_a.child[b];
-      const float share = root.p[a] * in_a.p[b];
-      const Quarters in_b(index_b == 0 ? kUniform : nodes[index_b]);
-      flux[at] = share * in_b.p[0];
-      flux[at + 1] = share * in_b.p[1];
-      flux[at + kSide] = share * in_b.p[2];
-      flux[at + kSide + 1] = share * in_b.p[3];
-    }
-  }
+  const QuarterShares quarters(parent);
+  const Four all{quarters.p[0], quarters.p[1], quarters.p[2], quarters.p[3]};
+  const Four in_left = all * portion(left), in_right = all - in_left;
+  const Four p0 = in_left * portion(lower0), p1 = in_right * portion(lower1), p2 = in_left - p0, p3 = in_right - p1;
+  // A row of the patch runs through two children, and in each through both halves.
+  return {xsimd::zip_lo(p0, p1), xsimd::zip_lo(p2, p3), xsimd::zip_hi(p0, p1), xsimd::zip_hi(p2, p3)};
 }
 
-// A node whose children are weighted by d, with probabilities rounded to integers as the node's own are. Where all
-// products vanish, the node itself.
-class WeightedNode {
- public:
-  WeightedNode(const DirectionalNode& node, const std::array<float, 4>& d) {
-    const Quarters flux(node);
-    float sum = 0;
-    for (uint32_t c = 0; c < 4; ++c) sum += p_[c] = flux.p[c] * d[c];
-    if (!(sum > 0)) std::copy_n(flux.p, 4, p_);
-    left_ = Portion(p_[0] + p_[2], p_[1] + p_[3]);
+// Chooses among running sums by u, which is then uniform again.
+template <size_t kCount>
+uint32_t Choose(const std::array<float, kCount>& sums, double& u) {
+  const double target = u * static_cast<double>(sums[kCount - 1]);
+  uint32_t i = 0;
+  double before = 0;
+  // No branches: the outcome is random by design.
+  for (size_t k = 0; k + 1 < kCount; ++k) {
+    const double sum = static_cast<double>(sums[k]);
+    i += target >= sum;
+    before = std::max(before, target >= sum ? sum : 0.0);
   }
-  // As DirectionalNode::left and lower.
-  uint32_t left() const { return left_; }
-  uint32_t Lower(uint32_t x) const { return Portion(p_[x], p_[x + 2]); }
-
- private:
-  static uint32_t Portion(float a, float b) {
-    const float sum = a + b;
-    return sum > 0 ? static_cast<uint32_t>(a / sum * static_cast<float>(DirectionalNode::kOne) + 0.5f)
-                   : DirectionalNode::kOne / 2;
-  }
-
-  float p_[4];
-  uint32_t left_;
-};
-
-// Four times a child's probability, from the halves' as integers.
-float FourTimes(uint32_t left, uint32_t lower, uint32_t x, uint32_t y) {
-  constexpr uint32_t kOne = DirectionalNode::kOne;
-  return static_cast<float>(static_cast<int32_t>((x ? kOne - left : left) * (y ? kOne - lower : lower))) * 0x1p-28f;
-}
-
-// How far down the product goes for the cosine lobes' sake, and for any lobe where it matters: until the cells are half
-// as wide as it.
-constexpr int kSmoothLevel = 5;
-int LevelOf(const Ltc& ltc) {
-  int level = kSmoothLevel;
-  while (level < product::kFinest && 2 * product::CellSize(level) > ltc.width()) ++level;
-  return level;
+  u = std::min((target - before) / (static_cast<double>(sums[i]) - before), 1 - 0x1p-48);
+  return i;
 }
 
 }  // namespace
 
-ProductDistribution::ProductDistribution(const DirectionalNode* nodes, const ProductLobes& lobes)
-    : nodes_(nodes), lobes_(lobes) {
+ProductDistribution::ProductDistribution(const DirectionalNode* nodes, const TreeTop& top, const ProductLobes& lobes)
+    : nodes_(nodes), top_(&top), lobes_(lobes) {
   directional::Prefetch(nodes);
   if (lobes.none()) return;
-  broad_.fill(0);
-  narrow_.fill(0);
-  deep_level_ = kSmoothLevel;
-  if (lobes.diffuse() > 0) product::AddCosine(lobes.normal(), lobes.diffuse(), broad_);
-  if (lobes.transmission() > 0) product::AddCosine(-lobes.normal(), lobes.transmission(), broad_);
-  for (int i = 0; i < lobes.glossy_count(); ++i) {
-    const int level = LevelOf(lobes.glossy(i));
-    deep_level_ = std::max(deep_level_, level);
-    product::AddGlossy(lobes.glossy(i), lobes.normal(), lobes.glossy_weight(i),
-                       level > kSmoothLevel ? narrow_ : broad_);
-  }
-  GatherFlux(nodes, flux_);
-  std::array<float, kSide> product{}, flux{};
+  product_.fill(0);
+  if (lobes.diffuse() > 0) product::AddCosine(lobes.normal(), lobes.diffuse(), product_);
+  if (lobes.transmission() > 0) product::AddCosine(-lobes.normal(), lobes.transmission(), product_);
+  for (int i = 0; i < lobes.glossy_count(); ++i)
+    product::AddGlossy(lobes.glossy(i), lobes.normal(), lobes.glossy_weight(i), product_);
+  std::array<float, kSide> columns{};
   for (int j = 0; j < kSide; ++j) {
-    for (int i = 0; i < kSide; ++i) {
-      const int c = j * kSide + i;
-      product_[c] = (broad_[c] + narrow_[c]) * flux_[c];
-      product[i] += product_[c];
-      flux[i] += flux_[c];
-    }
+    for (int i = 0; i < kSide; ++i) columns[i] += product_[j * kSide + i] *= top.flux[j * kSide + i];
   }
-  const auto total = [](const std::array<float, kSide>& v) {
-    return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
-  };
-  mass_ = total(product) * kBlock * kUniformSpherePdf;
+  const float total =
+      ((columns[0] + columns[1]) + (columns[2] + columns[3])) + ((columns[4] + columns[5]) + (columns[6] + columns[7]));
+  mass_ = total * kBlock * kUniformSpherePdf;
   usable_ = mass_ > 1e-12f;
   if (!usable_) return;
-  scale_ = (1 - kBlockDefence) / total(product);
+  scale_ = (1 - kBlockDefence) / total;
   float sum = 0;
-  for (int i = 0; i < kSide; ++i) columns_[i] = sum += product[i] * scale_ + flux[i] * kBlockDefence;
+  for (int i = 0; i < kSide; ++i) columns_[i] = sum += columns[i] * scale_ + top.columns[i] * kBlockDefence;
   density_ = kBlock * kUniformSpherePdf / sum;
 }
 
-// The walk below the block, in step with the tree's nodes while they last.
-struct ProductDistribution::Descent {
-  Descent(const ProductDistribution& of, uint32_t x, uint32_t y) : of(of), x(x), y(y) {
-    const uint32_t cell = y * kSide + x;
-    for (int shift = kBlockLevel - 1; shift >= 0; --shift) {
-      node = of.nodes_[node].child[((x >> shift) & 1) + 2 * ((y >> shift) & 1)];
-      if (node == 0) break;
-    }
-    density = of.density_ * of.Share(cell);
-    if (of.narrow_[cell] > kLeastNarrow * of.broad_[cell]) deepest = of.deep_level_;
+int ProductDistribution::finest_level() const {
+  constexpr int kPatchLevel = kBlockLevel + kPatchLevels;
+  for (int i = 0; i < lobes_.glossy_count(); ++i) {
+    if (product::IsNarrow(lobes_.glossy(i), kPatchLevel)) return product::kFinest;
   }
-  // A cell with less of the narrow lobes than this, relative to the others, is left to the flux sooner.
-  static constexpr float kLeastNarrow = 0.1f;
+  return kPatchLevel;
+}
 
-  bool Ends() const { return node == 0 && !Deep(); }
-  bool Deep() const { return level < deepest; }
-  const DirectionalNode& Node() const { return node == 0 ? kUniform : of.nodes_[node]; }
-  // The node's probabilities times the lobes'.
-  WeightedNode Product() const { return WeightedNode(Node(), product::Children(of.lobes_, level, x, y)); }
-  // by_tree, by_product: the child's probabilities times four; the latter counts where the product still decides.
-  void Enter(uint32_t bx, uint32_t by, float by_tree, float by_product) {
-    if (Deep()) {
-      tree *= by_tree;
-      lobe *= by_product;
-    } else {
-      density *= by_tree;
+// The cells two levels below (x, y) of `level`, whose subtree is `node` (0: none).
+struct ProductDistribution::Step {
+  Step(const ProductDistribution& of, int level, uint32_t x, uint32_t y, uint32_t node) : nodes(of.nodes_), node(node) {
+    const std::array<Four, kPatchSide> flux = GatherFlux(nodes, node);
+    lobes = product::Densities(of.lobes_, level, x, y);
+    std::array<Four, kPatchSide> products;
+    for (int j = 0; j < kPatchSide; ++j) products[j] = flux[j] * Four::load_aligned(&lobes.all[j * kPatchSide]);
+    const float sum = xsimd::hadd((products[0] + products[1]) + (products[2] + products[3]));
+    const float scale = sum > 0 ? (1 - kPatchDefence) / sum : 0, rest = sum > 0 ? kPatchDefence : 1.0f;
+    Four in_columns = 0.0f;
+    for (int j = 0; j < kPatchSide; ++j) {
+      const Four row = xsimd::fma(products[j], Four(scale), flux[j] * rest);
+      in_columns += row;
+      row.store_aligned(&shares[j * kPatchSide]);
     }
-    node = Node().child[bx + 2 * by];
-    x = 2 * x + bx;
-    y = 2 * y + by;
-    ++level;
+    in_columns.store_aligned(columns.data());
+    for (int i = 1; i < kPatchSide; ++i) columns[i] += columns[i - 1];
+    scale_to_density = kPatch / columns[kPatchSide - 1];
   }
-  float Density() const { return density * ((1 - kDeepDefence) * lobe + kDeepDefence * tree); }
+  // The density in cell i, relative to the mean of all.
+  float Density(uint32_t i) const { return shares[i] * scale_to_density; }
+  // The subtree of cell i.
+  uint32_t Node(uint32_t i) const {
+    const uint32_t x = i % kPatchSide, y = i / kPatchSide;
+    const uint32_t child = node == 0 ? 0 : nodes[node].child[(x >> 1) + 2 * (y >> 1)];
+    return child == 0 ? 0 : nodes[child].child[(x & 1) + 2 * (y & 1)];
+  }
+  // Whether the lobes matter below cell i, too.
+  bool GoesOn(uint32_t i) const { return lobes.has_narrow && lobes.narrow[i] > kLeastNarrow * lobes.all[i]; }
 
-  const ProductDistribution& of;
-  uint32_t x, y, node = 0;
-  int level = kBlockLevel, deepest = kSmoothLevel;
-  float density, tree = 1, lobe = 1;
+  const DirectionalNode* nodes;
+  uint32_t node;
+  product::PatchDensities lobes;
+  Patch shares;
+  alignas(16) std::array<float, kPatchSide> columns;  // running sums
+  float scale_to_density;
 };
 
 float ProductDistribution::Locate(uint32_t x, uint32_t y) const {
-  constexpr int kTop = kBits - kBlockLevel;
-  Descent descent(*this, x >> kTop, y >> kTop);
-  for (int shift = kTop - 1; !descent.Ends(); --shift) {
-    const uint32_t bx = (x >> shift) & 1, by = (y >> shift) & 1;
-    const DirectionalNode& tree = descent.Node();
-    float by_product = 1;
-    if (descent.Deep()) {
-      const WeightedNode lobes = descent.Product();
-      by_product = FourTimes(lobes.left(), lobes.Lower(bx), bx, by);
-    }
-    descent.Enter(bx, by, FourTimes(tree.left, tree.lower[bx], bx, by), by_product);
+  const auto bits = [&](uint32_t v, int level, int count) {
+    return (v >> (kBits - level - count)) & ((1u << count) - 1);
+  };
+  const uint32_t cell = bits(y, 0, kBlockLevel) * kSide + bits(x, 0, kBlockLevel);
+  float density = density_ * Share(cell);
+  uint32_t node = top_->node[cell];
+  int level = kBlockLevel;
+  for (bool more = true; more; level += kPatchLevels) {
+    const Step step(*this, level, x >> (kBits - level), y >> (kBits - level), node);
+    const uint32_t i = bits(y, level, kPatchLevels) * kPatchSide + bits(x, level, kPatchLevels);
+    density *= step.Density(i);
+    node = step.Node(i);
+    more = level + 2 * kPatchLevels <= product::kFinest && step.GoesOn(i);
   }
-  return descent.Density();
+  for (; node != 0; ++level) {
+    const uint32_t c = bits(x, level, 1) + 2 * bits(y, level, 1);
+    density *= static_cast<float>(static_cast<int32_t>(nodes_[node].Share(c))) * 0x1p-28f;
+    node = nodes_[node].child[c];
+  }
+  return density;
 }
 
 float ProductDistribution::Pdf(Vec3 w) const {
@@ -195,29 +158,40 @@ float ProductDistribution::Pdf(Vec3 w) const {
 }
 
 GuidedSample ProductDistribution::Sample(Vec2 u) const {
-  // Step 1: a column of the block by u.x, a cell of it by u.y; each is then uniform again.
-  const auto choose = [](const std::array<float, kSide>& sums, float& u) {
-    const float target = u * sums[kSide - 1];
-    uint32_t i = 0;
-    for (uint32_t k = 0; k < kSide - 1; ++k) i += !(target < sums[k]);  // no branches: the outcome is random by design
-    const float before = i > 0 ? sums[i - 1] : 0, share = sums[i] - before;
-    u = share > 0 ? std::clamp((target - before) / share, 0.0f, kOneMinusEpsilon) : 0;
-    return i;
-  };
+  // A hash fills the bits that a deep descent would otherwise find empty (directional_tree.h).
   const uint64_t low = ((uint64_t{ToInteger(u.x)} << 32) | ToInteger(u.y)) * 0x9e3779b97f4a7c15ULL;
-  const uint32_t column = choose(columns_, u.x);
+  const auto fill = [](float u, uint64_t bits) {
+    return (static_cast<double>(ToInteger(u)) + static_cast<double>(bits & 0xffffff) * 0x1p-24) * 0x1p-24;
+  };
+  double ux = fill(u.x, low >> 40), uy = fill(u.y, low >> 16);
+
+  // A column of the block by u.x, a cell of it by u.y.
+  uint32_t x = Choose(columns_, ux);
   std::array<float, kSide> rows;
   float sum = 0;
-  for (uint32_t j = 0; j < kSide; ++j) rows[j] = sum += Share(j * kSide + column);
-  const uint32_t row = choose(rows, u.y);
+  for (uint32_t j = 0; j < kSide; ++j) rows[j] = sum += Share(j * kSide + x);
+  uint32_t y = Choose(rows, uy);
+  float density = density_ * Share(y * kSide + x);
+  uint32_t node = top_->node[y * kSide + x];
+  int level = kBlockLevel;
 
-  // Step 2: down from there, as directional::Sample does.
-  Descent descent(*this, column, row);
-  const bool by_lobes = u.x >= kDeepDefence;
-  u.x =
-      by_lobes ? std::min((u.x - kDeepDefence) * (1 / (1 - kDeepDefence)), kOneMinusEpsilon) : u.x * (1 / kDeepDefence);
-  uint64_t x = (uint64_t{ToInteger(u.x)} << 24) | (low >> 40),
-           y = (uint64_t{ToInteger(u.y)} << 24) | ((low >> 16) & 0xffffff);
+  // The same in what is below it.
+  for (bool more = true; more; level += kPatchLevels) {
+    const Step step(*this, level, x, y, node);
+    const uint32_t column = Choose(step.columns, ux);
+    std::array<float, kPatchSide> in_column;
+    float running = 0;
+    for (uint32_t j = 0; j < kPatchSide; ++j) in_column[j] = running += step.shares[j * kPatchSide + column];
+    const uint32_t row = Choose(in_column, uy), i = row * kPatchSide + column;
+    density *= step.Density(i);
+    node = step.Node(i);
+    more = level + 2 * kPatchLevels <= product::kFinest && step.GoesOn(i);
+    x = kPatchSide * x + column;
+    y = kPatchSide * y + row;
+  }
+
+  // By the flux alone, as directional::Sample does.
+  uint64_t ix = static_cast<uint64_t>(ux * 0x1p48), iy = static_cast<uint64_t>(uy * 0x1p48);
   uint64_t x_range = uint64_t{1} << 48, y_range = uint64_t{1} << 48;
   const auto below = [](uint64_t& value, uint64_t& range, uint32_t portion) {
     const uint64_t split = (range * portion) >> 15, upper = value >= split, mask = -upper;
@@ -225,32 +199,23 @@ GuidedSample ProductDistribution::Sample(Vec2 u) const {
     range = split + ((range - 2 * split) & mask);
     return static_cast<uint32_t>(upper);
   };
-  while (!descent.Ends()) {
-    const DirectionalNode& tree = descent.Node();
-    uint32_t bx, by;
-    float by_product = 1;
-    if (descent.Deep()) {
-      const WeightedNode lobes = descent.Product();
-      bx = below(x, x_range, by_lobes ? lobes.left() : tree.left);
-      const uint32_t lower = lobes.Lower(bx);
-      by = below(y, y_range, by_lobes ? lower : tree.lower[bx]);
-      by_product = FourTimes(lobes.left(), lower, bx, by);
-    } else {
-      bx = below(x, x_range, tree.left);
-      by = below(y, y_range, tree.lower[bx]);
-    }
-    descent.Enter(bx, by, FourTimes(tree.left, tree.lower[bx], bx, by), by_product);
+  for (; node != 0; ++level) {
+    const DirectionalNode& n = nodes_[node];
+    const uint32_t bx = below(ix, x_range, n.left), by = below(iy, y_range, n.lower[bx]), c = bx + 2 * by;
+    density *= static_cast<float>(static_cast<int32_t>(n.Share(c))) * 0x1p-28f;
+    node = n.child[c];
+    x = 2 * x + bx;
+    y = 2 * y + by;
   }
 
-  // Step 3: a point of the cell, safely inside where a direction and back would leave it (as SdTree::Sample).
-  const float size = std::bit_cast<float>(static_cast<uint32_t>(127 - descent.level) << 23);
-  const float fx = static_cast<float>(static_cast<int64_t>(x)) / static_cast<float>(static_cast<int64_t>(x_range));
-  const float fy = static_cast<float>(static_cast<int64_t>(y)) / static_cast<float>(static_cast<int64_t>(y_range));
-  const float cx = static_cast<float>(descent.x), cy = static_cast<float>(descent.y);
+  // A point of the cell, safely inside where a direction and back would leave it (as SdTree::Sample).
+  const float size = std::bit_cast<float>(static_cast<uint32_t>(127 - level) << 23);
+  const float fx = static_cast<float>(static_cast<int64_t>(ix)) / static_cast<float>(static_cast<int64_t>(x_range));
+  const float fy = static_cast<float>(static_cast<int64_t>(iy)) / static_cast<float>(static_cast<int64_t>(y_range));
+  const float cx = static_cast<float>(x), cy = static_cast<float>(y);
   const Vec3 w = CylindricalToDirection(
       {std::min((cx + fx) * size, kOneMinusEpsilon), std::min((cy + fy) * size, kOneMinusEpsilon)});
   const float margin = std::min(std::min(fx, 1 - fx), std::min(fy, 1 - fy)) * size;
-  const float density = descent.Density();
   if (margin > directional::kRoundTrip) [[likely]]
     return {w, density};
   if (Pdf(w) == density) return {w, density};

@@ -30,7 +30,12 @@ class SdTreeGuide {
   using Scratch = std::vector<SdTreeRecord>;
 
   SdTreeGuide(std::shared_ptr<const SdTreeState> state, SdTreeMethod::Learn learn)
-      : state_(std::move(state)), tree_(state_->tree()), learn_(learn) {}
+      : state_(std::move(state)), tree_(state_->tree()), learn_(learn) {
+    if constexpr (kProduct) {
+      tops_.reserve(tree_.leaf_count());
+      for (uint32_t leaf = 0; leaf < tree_.leaf_count(); ++leaf) tops_.emplace_back(tree_.Tree(leaf));
+    }
+  }
 
   Local At(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo) const {
     Local local;
@@ -41,7 +46,9 @@ class SdTreeGuide {
     local.lights = tree_.Lights(local.leaf);
     if constexpr (kProduct) {
       if (leaf.learned) {
-        local.product.emplace(tree_.Tree(local.leaf), MakeProductLobes(si, bsdf, wo));
+        const TreeTop& top = tops_[local.leaf];
+        top.Prefetch();
+        local.product.emplace(tree_.Tree(local.leaf), top, MakeProductLobes(si, bsdf, wo));
         // No light where the BSDF scatters to: the BSDF alone, as the document has it at the root.
         if (!local.product->usable()) local.bsdf_fraction = 1;
       }
@@ -72,6 +79,7 @@ class SdTreeGuide {
   std::shared_ptr<const SdTreeState> state_;
   const SdTree& tree_;
   SdTreeMethod::Learn learn_;
+  std::vector<TreeTop> tops_;  // of the leaves' trees; with kProduct
 };
 
 }  // namespace lodestar

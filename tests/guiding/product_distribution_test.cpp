@@ -56,9 +56,10 @@ struct Cells {
 template <class Check>
 void ForAllCases(Check&& check) {
   for (const auto& t : product_cases::Trees()) {
+    const TreeTop top(t.tree.nodes.data());
     for (const auto& s : product_cases::Surfaces()) {
       SCOPED_TRACE(t.name + ", " + s.name);
-      const ProductDistribution product(t.tree.nodes.data(), s.Lobes());
+      const ProductDistribution product(t.tree.nodes.data(), top, s.Lobes());
       if (product.usable()) check(t.tree, product);
     }
   }
@@ -81,8 +82,9 @@ TEST(ProductDistribution, IntegratesToOneSamplesFollowItAndTheTreeBoundsIt) {
 
 TEST(ProductDistribution, AWrongPdfIsRejected) {
   const auto trees = product_cases::Trees();
+  const TreeTop top(trees[1].tree.nodes.data());
   for (const auto& s : product_cases::Surfaces()) {
-    const ProductDistribution product(trees[1].tree.nodes.data(), s.Lobes());
+    const ProductDistribution product(trees[1].tree.nodes.data(), top, s.Lobes());
     EXPECT_FALSE(Cells(trees[1].tree, product).ChiSquare(30000, 1e-3, 0.12).accepted) << s.name;
   }
 }
@@ -104,12 +106,13 @@ TEST(ProductDistribution, SampleAndPdfAgreeBitForBit) {
 
 TEST(ProductDistribution, IsUnusableWhereNothingIsReflected) {
   const auto below = product_cases::OnePoint({0.01f, 0.7f}, 5);
+  const TreeTop top(below.nodes.data());
   const ProductLobe diffuse{ProductLobe::Kind::kDiffuseReflection, 1, 1};
-  EXPECT_FALSE(ProductDistribution(below.nodes.data(), ProductLobes({}, {0, 0, 1}, {&diffuse, 1})).usable());
-  EXPECT_TRUE(ProductDistribution(below.nodes.data(), ProductLobes({}, {0, 0, -1}, {&diffuse, 1})).usable());
-  EXPECT_FALSE(ProductDistribution(below.nodes.data(), ProductLobes({}, {0, 0, -1}, {})).usable());
+  EXPECT_FALSE(ProductDistribution(below.nodes.data(), top, ProductLobes({}, {0, 0, 1}, {&diffuse, 1})).usable());
+  EXPECT_TRUE(ProductDistribution(below.nodes.data(), top, ProductLobes({}, {0, 0, -1}, {&diffuse, 1})).usable());
+  EXPECT_FALSE(ProductDistribution(below.nodes.data(), top, ProductLobes({}, {0, 0, -1}, {})).usable());
   const ProductLobe black{ProductLobe::Kind::kGgxReflection, 0.1f, 0};
-  EXPECT_FALSE(ProductDistribution(below.nodes.data(), ProductLobes({}, {0, 0, -1}, {&black, 1})).usable());
+  EXPECT_FALSE(ProductDistribution(below.nodes.data(), top, ProductLobes({}, {0, 0, -1}, {&black, 1})).usable());
 }
 
 }  // namespace

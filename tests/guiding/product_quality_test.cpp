@@ -22,6 +22,7 @@ float Room(Vec3 w) {
 TEST(ProductQuality, HalvesTheVarianceOfTheTree) {
   const auto tree = product_cases::Learn(Room, 6, 50000);
   const DirectionalNode* const nodes = tree.nodes.data();
+  const TreeTop top(nodes);
   const std::vector<std::vector<ProductLobe>> materials = {
       {{kDiffuseReflection, 1, 1}},
       {{kGgxReflection, 0.1f, 1}},
@@ -38,7 +39,7 @@ TEST(ProductQuality, HalvesTheVarianceOfTheTree) {
       const Vec3 wo = frame.ToWorld(SquareToCosineHemisphere(synthetic::Unit2(rng)));
       const Surface surface(frame, wo, materials[m]);
       const ProductLobes lobes = surface.Lobes();
-      const ProductDistribution product(nodes, lobes);
+      const ProductDistribution product(nodes, top, lobes);
       ASSERT_TRUE(product.usable());
       const auto variance = [&](const auto& guide) {
         const auto found = RelativeVariance(surface, guide, Room, kFractions, 2000, i);
@@ -59,6 +60,7 @@ TEST(ProductQuality, HalvesTheVarianceOfTheTree) {
 // The estimate of what is reflected, which comes for free.
 TEST(ProductQuality, MassEstimatesTheReflectedRadiance) {
   const auto tree = product_cases::Learn(Room, 6, 50000);
+  const TreeTop top(tree.nodes.data());
   double flux = 0;
   uint64_t rng = 2;
   constexpr int kSamples = 200000;
@@ -69,7 +71,7 @@ TEST(ProductQuality, MassEstimatesTheReflectedRadiance) {
     const Surface surface(frame, wo, {{kDiffuseReflection, 1, 1}});
     double reflected = 0;
     for (int k = 0; k < 20000; ++k) reflected += Room(surface.SampleBsdf(0, synthetic::Unit2(rng))) / 20000;
-    const ProductDistribution product(tree.nodes.data(), surface.Lobes());
+    const ProductDistribution product(tree.nodes.data(), top, surface.Lobes());
     EXPECT_NEAR(product.mass() * flux / reflected, 1, 0.15);
   }
 }
