@@ -5,9 +5,8 @@
 //
 // papers: the 2019 settings without next event estimation, as in the document; defaults: ours, with it. L1 is against a
 // reference by our defaults, rendered first, relMSE is estimated from the pixels' variances; both at SPP samples a
-// pixel, training included. CPU is user time a sample, learning included, the least over the seeds. As errors go, the
-// time to equal L1 changes by the square of the ratio of L1 times that of the CPU time. Ratios are of means over the
-// seeds;
+// pixel, training included. CPU is user time of one thread, learning included, the least over the seeds. The time to
+// equal L1 changes by the square of the ratio of L1 times that of the CPU time. Ratios are of means over the seeds;
 // "+-" is the standard deviation of the ratios of single seeds.
 #include <sys/resource.h>
 
@@ -44,7 +43,7 @@ Outcome Render(const CompiledJob& compiled, JobSpec job, const Options& options,
   job.options = options;
   job.budget.spp = spp;
   Loop loop(job, compiled.survey);
-  LocalExecutor executor(compiled.scene, job, loop.method());
+  LocalExecutor executor(compiled.scene, job, loop.method(), 1);
   const double start = UserSeconds();
   loop.Run(executor, {}, {});
   Outcome outcome;
