@@ -126,6 +126,7 @@ Json Summarize(const std::vector<ComparisonRun>& runs) {
                   {"map", run->map},
                   {"points", PointsToJson(run->report.points)}};
       if (run->metrics) one["reference"] = MetricsToJson(*run->metrics);
+      if (!run->report.choice.empty()) one["choice"] = run->report.choice;
       json["runs"].push_back(std::move(one));
     }
     methods.push_back(std::move(json));

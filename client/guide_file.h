@@ -52,7 +52,11 @@ class ObservedMethod final : public Method {
   }
   std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                        const IterationResult& result) const override;
-  uint64_t IterationPasses(uint32_t iteration) const override { return method_->IterationPasses(iteration); }
+  uint64_t IterationPasses(const State& state, uint32_t iteration) const override {
+    return method_->IterationPasses(state, iteration);
+  }
+  bool Decided(const State& state) const override { return method_->Decided(state); }
+  std::string Explain(const State& state) const override { return method_->Explain(state); }
   Combination combination() const override { return method_->combination(); }
   int TrainingIterations() const override { return method_->TrainingIterations(); }
 

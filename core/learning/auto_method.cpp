@@ -5,6 +5,8 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/learning/focal_guiding.h"
+#include "core/learning/grid_guiding.h"
 #include "core/learning/method_options.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
@@ -13,126 +15,46 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 1;
+constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 2;
 constexpr const char* kWhat = "state of method 'auto'";
 
-// What shading a vertex costs beside its rays, in rays: from docs/performance.md, "What a vertex costs".
-constexpr double kPathVertexWork = 1.6, kSdTreeVertexWork = 3.2;
+// What can race, in the order of the pilots: of equals the first wins, which is the simplest.
+struct Racer {
+  const char* name;
+  std::unique_ptr<Method> (*make)(const JobSpec&, const Survey&);
+  // What shading a vertex costs beside its rays, in rays (docs/decisions/0013-auto.md).
+  double vertex_work;
+  // Its pilot, in iterations and in paths: as long as learning needs, whatever the size of the picture. Paths are
+  // counted in those of the simplest pilot.
+  uint32_t pilot_iterations, pilot_paths;
+  double worth_above;
+};
+constexpr Racer kRacers[] = {
+    {"path",
+     [](const JobSpec& job, const Survey&) -> std::unique_ptr<Method> { return std::make_unique<PathMethod>(job); },
+     1.6, 1, 1, 0},
+    {"sdtree",
+     [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
+       return std::make_unique<SdTreeMethod>(job, survey);
+     },
+     3.2, 2, 3, 0},
+    {"grid",
+     [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
+       return std::make_unique<GridMethod>(job, survey);
+     },
+     3.1, 2, 3, 0},
+    // Pays where hardly a sample in a thousand meets the light (docs/decisions/0010-focal-guiding.md).
+    {"focal",
+     [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
+       return std::make_unique<FocalMethod>(job, survey);
+     },
+     4.5, 6, 3, 1000},
+};
 
 const AutoState::Parts& PartsOf(const State& state) {
   const auto* cast = dynamic_cast<const AutoState*>(&state);
   LODESTAR_CHECK(cast != nullptr);
   return cast->parts();
-}
-
-}  // namespace
-
-Bytes AutoState::Serialize() const {
-  ByteWriter out = OpenDocument(kMagic, kVersion);
-  out.Put(parts_.active);
-  out.Put<uint8_t>(parts_.settled);
-  out.Put<uint8_t>(parts_.decided);
-  out.Put(static_cast<uint32_t>(parts_.states.size()));
-  for (const auto& state : parts_.states) {
-    out.Put<uint8_t>(state != nullptr);
-    if (state) out.PutString(state->Serialize());
-  }
-  out.PutVector(parts_.work);
-  out.Put(static_cast<uint32_t>(parts_.results.size()));
-  for (const PilotResult& result : parts_.results) result.Write(out);
-  return Seal(std::move(out));
-}
-
-MethodEntry AutoMethod::Entry() {
-  return {"auto",
-          "measures which method renders the image most efficiently, and goes on with it",
-          {{"candidates", "path,sdtree or a subset, separated by commas", "path,sdtree",
-            "the methods that race. Recommended: the default"}}};
-}
-
-AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
-  const MethodEntry entry = Entry();
-  const MethodOptions given(entry.name, entry.options, job.options);
-  JobSpec own = job;
-  own.options.clear();
-  const std::string text = "," + given.Text("candidates") + ",";
-  for (size_t begin = 0, end; (end = text.find(',', begin + 1)) != std::string::npos; begin = end) {
-    const std::string name = text.substr(begin + 1, end - begin - 1);
-    const bool repeated = std::any_of(candidates_.begin(), candidates_.end(),
-                                      [&](const Candidate& c) { return c.method->name() == name; });
-    if (repeated) given.Refuse("candidates");
-    // Both pilots end in sixteen passes, so that they are measured alike; a tree needs the fifteen before to be one.
-    if (name == "path") {
-      candidates_.push_back({std::make_unique<PathMethod>(own), kPathVertexWork, {16}});
-    } else if (name == "sdtree") {
-      candidates_.push_back({std::make_unique<SdTreeMethod>(own, survey), kSdTreeVertexWork, {1, 2, 4, 8, 16}});
-    } else {
-      given.Refuse("candidates");
-    }
-  }
-}
-
-uint32_t AutoMethod::PilotIterations() const {
-  size_t count = 0;
-  for (const Candidate& candidate : candidates_) count += candidate.pilot.size();
-  return static_cast<uint32_t>(count);
-}
-
-AutoMethod::Turn AutoMethod::TurnOf(uint32_t iteration) const {
-  for (uint32_t c = 0; c < candidates_.size(); ++c) {
-    const auto length = static_cast<uint32_t>(candidates_[c].pilot.size());
-    if (iteration < length) return {c, iteration, iteration + 2 >= length};
-    iteration -= length;
-  }
-  LODESTAR_CHECK(false);
-}
-
-// After the pilot the winner's iterations go on doubling.
-uint64_t AutoMethod::IterationPasses(uint32_t iteration) const {
-  const uint32_t pilot = PilotIterations();
-  if (iteration >= pilot) return uint64_t{32} << std::min(iteration - pilot, 27u);
-  const Turn turn = TurnOf(iteration);
-  return candidates_[turn.candidate].pilot[turn.iteration];
-}
-
-const Method& AutoMethod::ActiveMethod(const State& state) const {
-  return *candidates_[PartsOf(state).active].method;
-}
-
-std::shared_ptr<const State> AutoMethod::ActiveState(const State& state) const {
-  const AutoState::Parts& parts = PartsOf(state);
-  return parts.states[parts.active];
-}
-
-std::shared_ptr<const State> AutoMethod::Initial() const {
-  AutoState::Parts parts;
-  for (const Candidate& candidate : candidates_) parts.states.push_back(candidate.method->Initial());
-  parts.decided = candidates_.size() == 1 && candidates_[0].method->IterationPasses(0) == 0;
-  return std::make_shared<AutoState>(std::move(parts));
-}
-
-std::unique_ptr<Statistics> AutoMethod::NewStatistics(const std::shared_ptr<const State>& state) const {
-  return ActiveMethod(*state).NewStatistics(ActiveState(*state));
-}
-
-std::unique_ptr<Statistics> AutoMethod::ParseStatistics(const std::shared_ptr<const State>& state,
-                                                        std::string_view bytes) const {
-  return ActiveMethod(*state).ParseStatistics(ActiveState(*state), bytes);
-}
-
-namespace {
-
-// How much better a candidate's next film may be than its last: as much as that was than the one before, within reason.
-constexpr double kMostGrowth = 1.5;
-
-double Promise(const std::vector<PilotResult>& results, uint32_t candidate) {
-  const PilotResult *last = nullptr, *before = nullptr;
-  for (const PilotResult& result : results) {
-    if (result.candidate != candidate) continue;
-    before = last;
-    last = &result;
-  }
-  return before == nullptr ? 1 : std::clamp(CompareEfficiency(*last, *before).value, 1.0, kMostGrowth);
 }
 
 const PilotResult* LastOf(const std::vector<PilotResult>& results, uint32_t candidate) {
@@ -145,20 +67,209 @@ const PilotResult* LastOf(const std::vector<PilotResult>& results, uint32_t cand
 
 }  // namespace
 
-uint32_t AutoMethod::Winner(const std::vector<PilotResult>& results) const {
+Bytes AutoState::Serialize() const {
+  ByteWriter out = OpenDocument(kMagic, kVersion);
+  out.Put(parts_.active);
+  out.Put<uint8_t>(parts_.settled);
+  out.Put(static_cast<uint32_t>(parts_.entrants.size()));
+  for (const Entrant& entrant : parts_.entrants) {
+    out.Put<uint8_t>(entrant.state != nullptr);
+    if (entrant.state) out.PutString(entrant.state->Serialize());
+    out.Put(entrant.iterations);
+    out.Put(entrant.passes);
+    out.Put(entrant.last_passes);
+  }
+  out.Put(static_cast<uint32_t>(parts_.history.size()));
+  for (const Rendered& rendered : parts_.history) {
+    out.Put(rendered.candidate);
+    out.Put(rendered.work);
+  }
+  out.Put(static_cast<uint32_t>(parts_.results.size()));
+  for (const PilotResult& result : parts_.results) result.Write(out);
+  return Seal(std::move(out));
+}
+
+MethodEntry AutoMethod::Entry() {
+  return {"auto",
+          "measures which method renders the image most efficiently, and goes on with it",
+          {{"candidates", "path,sdtree,grid,focal or a subset, separated by commas", "path,sdtree,focal",
+            "the methods that race; focal only where path tracing hardly finds the light. Recommended: the default"},
+           {"pilot", "an integer from 1000 to 1e9", "524288",
+            "paths in the pilot of path tracing; methods that learn have three times as many, and at least what they "
+            "cannot show anything without"}}};
+}
+
+AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
+  const MethodEntry entry = Entry();
+  const MethodOptions given(entry.name, entry.options, job.options);
+  // What a candidate does may not depend on the kind of budget: a run by time is replayed by passes.
+  JobSpec own = job;
+  own.options.clear();
+  own.budget = {};
+  const auto paths = static_cast<uint64_t>(given.Integer("pilot", 1000, 1000000000));
+  std::vector<std::string> names;
+  const std::string text = "," + given.Text("candidates") + ",";
+  for (size_t begin = 0, end; (end = text.find(',', begin + 1)) != std::string::npos; begin = end)
+    names.push_back(text.substr(begin + 1, end - begin - 1));
+  const uint64_t pixels = std::max<uint64_t>(1, uint64_t{survey.resolution_x} * survey.resolution_y);
+  for (const Racer& racer : kRacers) {
+    const auto count = std::count(names.begin(), names.end(), racer.name);
+    if (count > 1) given.Refuse("candidates");
+    if (count == 0) continue;
+    const uint64_t passes = std::max<uint64_t>(2, (racer.pilot_paths * paths + pixels - 1) / pixels);
+    candidates_.push_back(
+        {racer.make(own, survey), racer.vertex_work, racer.pilot_iterations, passes, racer.worth_above});
+  }
+  if (candidates_.size() != names.size()) given.Refuse("candidates");
+}
+
+// ---- The states of the candidates ----
+
+const Method& AutoMethod::ActiveMethod(const State& state) const {
+  return *candidates_[PartsOf(state).active].method;
+}
+
+std::shared_ptr<const State> AutoMethod::ActiveState(const State& state) const {
+  const Parts& parts = PartsOf(state);
+  return parts.entrants[parts.active].state;
+}
+
+std::shared_ptr<const State> AutoMethod::Initial() const {
+  Parts parts;
+  for (const Candidate& candidate : candidates_) parts.entrants.push_back({.state = candidate.method->Initial()});
+  parts.settled = candidates_.size() == 1;
+  return std::make_shared<AutoState>(std::move(parts));
+}
+
+std::unique_ptr<Statistics> AutoMethod::NewStatistics(const std::shared_ptr<const State>& state) const {
+  return ActiveMethod(*state).NewStatistics(ActiveState(*state));
+}
+
+std::unique_ptr<Statistics> AutoMethod::ParseStatistics(const std::shared_ptr<const State>& state,
+                                                        std::string_view bytes) const {
+  return ActiveMethod(*state).ParseStatistics(ActiveState(*state), bytes);
+}
+
+// ---- How long, and who ----
+
+uint64_t AutoMethod::OwnPasses(const Parts& parts, uint32_t candidate, uint32_t ahead) const {
+  const AutoState::Entrant& entrant = parts.entrants[candidate];
+  LODESTAR_CHECK(entrant.state);
+  return candidates_[candidate].method->IterationPasses(*entrant.state, entrant.iterations + ahead);
+}
+
+uint64_t AutoMethod::PilotPasses(const Parts& parts, uint32_t c) const {
+  const Candidate& candidate = candidates_[c];
+  const AutoState::Entrant& entrant = parts.entrants[c];
+  const uint64_t own = OwnPasses(parts, c);
+  if (own == 0) return entrant.iterations > 0 ? 0 : candidate.pilot_passes;
+  const auto over = [&](uint32_t iterations, uint64_t passes) {
+    return iterations >= candidate.pilot_iterations && passes >= candidate.pilot_passes;
+  };
+  if (entrant.last_passes >= 2 && over(entrant.iterations, entrant.passes)) return 0;
+  // The film that a pilot ends with has to tell a variance.
+  return over(entrant.iterations + 1, entrant.passes + own) ? std::max<uint64_t>(2, own) : own;
+}
+
+uint64_t AutoMethod::IterationPasses(const State& state, uint32_t iteration) const {
+  const Parts& parts = PartsOf(state);
+  uint32_t done = 0;
+  for (const AutoState::Entrant& entrant : parts.entrants) done += entrant.iterations;
+  const uint32_t ahead = iteration > done ? iteration - done : 0;
+  const uint64_t own = OwnPasses(parts, parts.active, ahead);
+  if (parts.settled) return own;
+  // Who comes next is not known before this iteration is over; it will not be less than two passes by much.
+  if (ahead > 0) return std::max<uint64_t>(2, own);
+  const uint64_t pilot = PilotPasses(parts, parts.active);
+  return pilot > 0 ? pilot : own;
+}
+
+uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& result) const {
+  const auto count = static_cast<uint32_t>(candidates_.size());
+  uint32_t c = parts.active;
+  if (PilotPasses(parts, c) > 0) return c;
+  // How well the simplest finds the light: by the first film that tells it.
+  const auto first = std::ranges::find_if(result.films, [](const IterationFilm& f) { return f.film.passes() >= 2; });
+  const double variance = first != result.films.end() ? RelativeVariance(first->film) : 0;
+  for (++c; c < count; ++c) {
+    if (variance >= candidates_[c].worth_above) return c;
+  }
+  return count;
+}
+
+std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const State>& state,
+                                                 const IterationResult& result) const {
+  Parts parts = PartsOf(*state);
+  const Candidate& active = candidates_[parts.active];
+  AutoState::Entrant& entrant = parts.entrants[parts.active];
+  const bool pilot = !parts.settled && PilotPasses(parts, parts.active) > 0;
+  entrant.state = active.method->Advance(entrant.state, result);
+  ++entrant.iterations;
+  entrant.passes += result.passes;
+  entrant.last_passes = result.passes;
+  if (!parts.settled) {
+    parts.history.push_back(
+        {parts.active, static_cast<double>(result.rays) + active.vertex_work * static_cast<double>(result.vertices)});
+    const uint32_t next =
+        pilot && !result.last ? NextInPilot(parts, result) : static_cast<uint32_t>(candidates_.size());
+    if (next < candidates_.size()) {
+      parts.active = next;
+    } else {
+      parts.results = Measure(result, parts);
+      Decide(&parts);
+      if (result.last) parts.settled = true;
+    }
+  }
+  return std::make_shared<AutoState>(std::move(parts));
+}
+
+// A method that learns nothing, or has learned all that it can, has nothing to train for.
+bool AutoMethod::Decided(const State& state) const {
+  const Parts& parts = PartsOf(state);
+  return parts.settled && OwnPasses(parts, parts.active) == 0;
+}
+
+// ---- The race ----
+
+std::vector<PilotResult> AutoMethod::Measure(const IterationResult& result, const Parts& parts) const {
+  const Yardstick yardstick(*result.image);
+  std::vector<uint32_t> left(candidates_.size());  // films of the candidate that are still to come
+  for (const IterationFilm& film : result.films) ++left[parts.history[film.iteration].candidate];
+  std::vector<PilotResult> results;
+  for (const IterationFilm& film : result.films) {
+    const AutoState::Rendered& rendered = parts.history[film.iteration];
+    if (left[rendered.candidate]-- <= 2 && film.film.passes() >= 2)
+      results.push_back(MeasurePilot(rendered.candidate, film.film, rendered.work, yardstick));
+  }
+  return results;
+}
+
+double AutoMethod::Promise(const Parts& parts, uint32_t candidate) const {
+  // As much as its last was better than the one before, within reason.
+  constexpr double kMostGrowth = 1.5;
+  const PilotResult *last = nullptr, *before = nullptr;
+  for (const PilotResult& result : parts.results) {
+    if (result.candidate != candidate) continue;
+    before = last;
+    last = &result;
+  }
+  if (before == nullptr || OwnPasses(parts, candidate) == 0) return 1;
+  return std::clamp(CompareEfficiency(*last, *before).value, 1.0, kMostGrowth);
+}
+
+uint32_t AutoMethod::Winner(const Parts& parts) const {
   uint32_t best = 0;
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
-    const PilotResult *result = LastOf(results, c), *leader = LastOf(results, best);
+    const PilotResult *result = LastOf(parts.results, c), *leader = LastOf(parts.results, best);
     if (result == nullptr) continue;
-    // Of equals the first, which is the simplest.
-    if (leader == nullptr || CompareEfficiency(*result, *leader).value * Promise(results, c) > Promise(results, best))
+    if (leader == nullptr || CompareEfficiency(*result, *leader).value * Promise(parts, c) > Promise(parts, best))
       best = c;
   }
   return best;
 }
 
-void AutoMethod::Decide(AutoState::Parts* parts) const {
-  parts->active = Winner(parts->results);
+void AutoMethod::Decide(Parts* parts) const {
+  parts->active = Winner(*parts);
   const PilotResult* own = LastOf(parts->results, parts->active);
   parts->settled = true;
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
@@ -167,63 +278,33 @@ void AutoMethod::Decide(AutoState::Parts* parts) const {
       parts->settled = false;
   }
   for (uint32_t c = 0; parts->settled && c < candidates_.size(); ++c) {
-    if (c != parts->active) parts->states[c] = nullptr;
+    if (c != parts->active) parts->entrants[c].state = nullptr;
   }
-}
-
-std::vector<PilotResult> AutoMethod::Measure(const IterationResult& result, const AutoState::Parts& parts) const {
-  const PixelEstimate pixels = EstimatePixels(*result.image);
-  std::vector<PilotResult> results;
-  for (const IterationFilm& film : result.films) {
-    const Turn turn = film.iteration < PilotIterations() ? TurnOf(film.iteration) : Turn{parts.active, 0, true};
-    if (turn.measured && film.film.passes() >= 2)
-      results.push_back(MeasurePilot(turn.candidate, film.film, parts.work[film.iteration], pixels));
-  }
-  return results;
-}
-
-std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const State>& state,
-                                                 const IterationResult& result) const {
-  AutoState::Parts parts = PartsOf(*state);
-  const uint32_t pilot = PilotIterations(), next = result.iteration + 1;
-  const Candidate& active = candidates_[parts.active];
-  parts.states[parts.active] = active.method->Advance(parts.states[parts.active], result);
-  if (!parts.settled) {
-    parts.work.push_back(static_cast<double>(result.rays) + active.vertex_work * static_cast<double>(result.vertices));
-    if (next < pilot && !result.last) {
-      parts.active = TurnOf(next).candidate;
-    } else {
-      parts.results = Measure(result, parts);
-      Decide(&parts);
-      if (result.last) parts.settled = true;
-    }
-  }
-  // A method that learns nothing has nothing to train for.
-  parts.decided = next >= pilot && candidates_[parts.active].method->IterationPasses(next) == 0;
-  if (parts.decided) parts.settled = true;
-  return std::make_shared<AutoState>(std::move(parts));
-}
-
-bool AutoMethod::Decided(const State& state) const {
-  return PartsOf(state).decided;
 }
 
 std::string AutoMethod::Explain(const State& state) const {
-  const AutoState::Parts& parts = PartsOf(state);
+  const Parts& parts = PartsOf(state);
   const std::string chosen(candidates_[parts.active].method->name());
   if (parts.results.empty()) return chosen + ": the budget ended before anything could be measured";
   std::string text = chosen;
   const PilotResult* own = LastOf(parts.results, parts.active);
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
+    if (c == parts.active) continue;
+    const std::string name(candidates_[c].method->name());
     const PilotResult* other = LastOf(parts.results, c);
-    if (c == parts.active || own == nullptr || other == nullptr) continue;
+    if (own == nullptr || other == nullptr) {
+      const bool tried = parts.entrants[c].iterations > 0;
+      text += "; " + name + (tried ? " not measured: the budget ended before" : " not tried");
+      if (!tried && candidates_[c].worth_above > 0)
+        text += ": path tracing finds the light often enough, or the budget is too small";
+      continue;
+    }
     const EfficiencyRatio ratio = CompareEfficiency(*own, *other);
     char line[200];
     std::snprintf(line, sizeof line,
                   "; %s left out: %s was %.2f times as efficient (95 %%: %.2f to %.2f; %llu against %llu passes)",
-                  std::string(candidates_[c].method->name()).c_str(), chosen.c_str(), ratio.value, ratio.low,
-                  ratio.high, static_cast<unsigned long long>(own->passes),
-                  static_cast<unsigned long long>(other->passes));
+                  name.c_str(), chosen.c_str(), ratio.value, ratio.low, ratio.high,
+                  static_cast<unsigned long long>(own->passes), static_cast<unsigned long long>(other->passes));
     text += line;
   }
   return text;
@@ -231,26 +312,33 @@ std::string AutoMethod::Explain(const State& state) const {
 
 std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) const {
   ByteReader in(OpenSealed(bytes, kMagic, kVersion, kWhat), kWhat);
-  AutoState::Parts parts;
+  Parts parts;
   parts.active = in.Get<uint32_t>();
-  const auto settled = in.Get<uint8_t>(), decided = in.Get<uint8_t>();
+  const auto settled = in.Get<uint8_t>();
   const auto count = in.Get<uint32_t>();
-  if (count != candidates_.size() || parts.active >= count || settled > 1 || decided > 1)
-    in.Fail("has other candidates than its job");
+  if (count != candidates_.size() || parts.active >= count || settled > 1) in.Fail("has other candidates than its job");
   parts.settled = settled != 0;
-  parts.decided = decided != 0;
   for (const Candidate& candidate : candidates_) {
+    AutoState::Entrant entrant;
     const auto present = in.Get<uint8_t>();
     if (present > 1) in.Fail("has a malformed flag");
-    parts.states.push_back(present ? candidate.method->ParseState(in.GetString()) : nullptr);
+    if (present) entrant.state = candidate.method->ParseState(in.GetString());
+    entrant.iterations = in.Get<uint32_t>();
+    entrant.passes = in.Get<uint64_t>();
+    entrant.last_passes = in.Get<uint64_t>();
+    if (!present && !parts.settled) in.Fail("has lost a candidate during the race");
+    parts.entrants.push_back(std::move(entrant));
   }
-  if (!parts.states[parts.active]) in.Fail("has no state of the method it goes on with");
-  parts.work = in.GetVector<double>();
-  for (const double work : parts.work) {
-    if (!(work >= 0)) in.Fail("has work that is no number");
+  if (!parts.entrants[parts.active].state) in.Fail("has no state of the method it goes on with");
+  const auto rendered = in.Get<uint32_t>();
+  for (uint32_t i = 0; i < rendered; ++i) {
+    const auto candidate = in.Get<uint32_t>();
+    const auto work = in.Get<double>();
+    if (candidate >= count || !(work >= 0)) in.Fail("has an iteration of no candidate");
+    parts.history.push_back({candidate, work});
   }
   const auto results = in.Get<uint32_t>();
-  if (results > 64) in.Fail("has more results than a race can have");
+  if (results > 2 * count) in.Fail("has more results than a race can have");
   for (uint32_t i = 0; i < results; ++i) {
     parts.results.push_back(PilotResult::Read(in));
     if (parts.results.back().candidate >= count ||

@@ -2,11 +2,11 @@
 // (docs/decisions/0013-auto.md).
 //
 // The candidates are other methods, each with a state and a learning half of its own. In the pilot each renders a few
-// iterations of the job's image; what they render enters the image by inverse variance. Then the most promising goes
-// on, training further if it wants to. A method that learns is judged by its last film and by how much better that was
-// than the one before; one that leads by that promise alone is on probation and is measured again after every
-// iteration. Costs are counted in rays and vertices, never in seconds, so the choice is the same on any machine, with
-// any number of workers.
+// iterations of the job's image; what they render enters the image by inverse variance. A candidate may need a reason
+// to be looked at: light that the first, path tracing, hardly finds. Then the most promising goes on, training further
+// if it wants to. A method that learns is judged by its last film and by how much better that was than the one before;
+// one that leads by that promise alone is on probation and is measured again after every iteration. Costs are counted
+// in rays and vertices, never in seconds, so the choice is the same on any machine, with any number of workers.
 #pragma once
 
 #include <memory>
@@ -20,13 +20,22 @@ namespace lodestar {
 
 class AutoState final : public State {
  public:
+  // An iteration that was rendered.
+  struct Rendered {
+    uint32_t candidate = 0;
+    double work = 0;  // in rays
+  };
+  struct Entrant {
+    std::shared_ptr<const State> state;    // null: dropped
+    uint32_t iterations = 0;               // that it rendered
+    uint64_t passes = 0, last_passes = 0;  // of all of them, and of the last
+  };
   struct Parts {
-    uint32_t active = 0;                               // the candidate that renders under this state
-    bool settled = false;                              // the race is over
-    bool decided = false;                              // and there is nothing more to learn
-    std::vector<std::shared_ptr<const State>> states;  // by candidate; null: dropped
-    std::vector<double> work;                          // of the iterations so far, in rays; until the race is over
-    std::vector<PilotResult> results;                  // in the order they were rendered; once the pilot is over
+    uint32_t active = 0;               // the candidate that renders under this state
+    bool settled = false;              // the race is over
+    std::vector<Entrant> entrants;     // by candidate
+    std::vector<Rendered> history;     // the iterations so far; until the race is over
+    std::vector<PilotResult> results;  // in the order they were rendered; once the pilot is over
   };
   explicit AutoState(Parts parts) : parts_(std::move(parts)) {}
   const Parts& parts() const { return parts_; }
@@ -53,7 +62,7 @@ class AutoMethod final : public Method {
                                               std::string_view bytes) const override;
   std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                        const IterationResult& result) const override;
-  uint64_t IterationPasses(uint32_t iteration) const override;
+  uint64_t IterationPasses(const State& state, uint32_t iteration) const override;
   bool Decided(const State& state) const override;
   std::string Explain(const State& state) const override;
   // All iterations count: a pilot is no worse than any other film of its variance.
@@ -62,20 +71,25 @@ class AutoMethod final : public Method {
  private:
   struct Candidate {
     std::unique_ptr<Method> method;
-    double vertex_work;           // of shading a vertex, in rays
-    std::vector<uint64_t> pilot;  // passes of its pilot iterations; the last two are measured
+    double vertex_work;         // of shading a vertex, in rays
+    uint32_t pilot_iterations;  // its pilot has at least so many ...
+    uint64_t pilot_passes;      // ... and so many passes
+    double worth_above;         // looked at only where the first film's RelativeVariance is at least this
   };
-  // The candidate and its own iteration that iteration k of the pilot belongs to.
-  struct Turn {
-    uint32_t candidate = 0, iteration = 0;
-    bool measured = false;
-  };
-  Turn TurnOf(uint32_t iteration) const;  // of the pilot
-  uint32_t PilotIterations() const;
-  std::vector<PilotResult> Measure(const IterationResult& result, const AutoState::Parts& parts) const;
+  using Parts = AutoState::Parts;
+
+  // Passes of the candidate's own next iteration once `ahead` more are done; 0: it has nothing to learn any more.
+  uint64_t OwnPasses(const Parts& parts, uint32_t candidate, uint32_t ahead = 0) const;
+  // Passes of the next iteration of its pilot; 0: the pilot is over.
+  uint64_t PilotPasses(const Parts& parts, uint32_t candidate) const;
+  // The candidate whose pilot comes next; the number of candidates where there is none.
+  uint32_t NextInPilot(const Parts& parts, const IterationResult& result) const;
+  std::vector<PilotResult> Measure(const IterationResult& result, const Parts& parts) const;
+  // How much better the candidate's next film may be than its last.
+  double Promise(const Parts& parts, uint32_t candidate) const;
   // Sets active, settled and the states that are left.
-  void Decide(AutoState::Parts* parts) const;
-  uint32_t Winner(const std::vector<PilotResult>& results) const;
+  void Decide(Parts* parts) const;
+  uint32_t Winner(const Parts& parts) const;
 
   std::vector<Candidate> candidates_;
 };

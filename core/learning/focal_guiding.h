@@ -45,7 +45,7 @@ class FocalMethod final : public Method {
                                               std::string_view bytes) const override;
   std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                        const IterationResult& result) const override;
-  uint64_t IterationPasses(uint32_t iteration) const override {
+  uint64_t IterationPasses(const State&, uint32_t iteration) const override {
     return iteration < options_.field.iterations() ? options_.passes : 0;
   }
   Combination combination() const override { return options_.combination; }

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/base/check.h"
 
@@ -113,7 +114,7 @@ Round Loop::RoundAt(uint32_t iteration, uint32_t index, bool final, uint64_t don
   // The last iteration's rounds begin with as many passes as there were before, so that the first picture of a job
   // comes soon.
   const uint64_t wanted =
-      final ? std::bit_floor(std::max<uint64_t>(1, before)) : method_->IterationPasses(iteration) - done;
+      final ? std::bit_floor(std::max<uint64_t>(1, before)) : method_->IterationPasses(*state_, iteration) - done;
   const uint64_t most = PassesPerRound(grid_.width(), grid_.height());
   round.passes = static_cast<uint32_t>(std::min({wanted, most, SppBudget() - before}));
   return round;
@@ -127,7 +128,8 @@ Round Loop::NextRound() const {
 
 std::optional<Round> Loop::RoundAfter(const Round& round) const {
   const uint64_t done = iteration_passes_ + round.passes, passes = passes_ + round.passes;
-  if (passes >= SppBudget() || (!final_iteration_ && done >= method_->IterationPasses(iteration_))) return std::nullopt;
+  if (passes >= SppBudget() || (!final_iteration_ && done >= method_->IterationPasses(*state_, iteration_)))
+    return std::nullopt;
   return RoundAt(iteration_, round_ + 1, final_iteration_, done, passes);
 }
 
@@ -159,7 +161,7 @@ void Loop::DecideStop(const Round& round, double round_seconds, const Image* ref
     finished_ = true;
     report_.stop_reason = reason;
   };
-  iteration_complete_ = !final_iteration_ && iteration_passes_ >= method_->IterationPasses(iteration_);
+  iteration_complete_ = !final_iteration_ && iteration_passes_ >= method_->IterationPasses(*state_, iteration_);
   if (passes_ >= SppBudget()) finish("spp");
 
   const bool first = report_.points.empty();
@@ -192,12 +194,12 @@ bool Loop::TimeBudgetOver(double next_round_seconds) const {
 // ---- Iterations ----
 
 bool Loop::EndsTraining(uint32_t next) const {
-  const uint64_t passes = method_->IterationPasses(next);
+  const uint64_t passes = method_->IterationPasses(*state_, next);
   if (passes == 0) return true;
   const int fixed = job_.training_iterations >= 0 ? job_.training_iterations : method_->TrainingIterations();
   if (fixed >= 0) return next >= static_cast<uint32_t>(fixed);
 
-  const uint64_t after = method_->IterationPasses(next + 1);
+  const uint64_t after = method_->IterationPasses(*state_, next + 1);
   const uint64_t two_doublings = passes + (after > 0 ? after : 2 * passes);
   if (SppBudget() - passes_ < two_doublings) return true;
   if (next == 0) return false;
@@ -234,7 +236,7 @@ double Loop::PredictedVariance() const {
 
 void Loop::Advance(const Clock& clock) {
   const Clock::Duration start = clock.Now();
-  const Image image = Develop();
+  const Image image = developed_ ? *std::exchange(developed_, std::nullopt) : Develop();
   state_ = method_->Advance(state_, {.statistics = learned_.get(),
                                      .iteration = iteration_,
                                      .passes = iteration_passes_,
@@ -272,7 +274,7 @@ Image Loop::Develop() const {
 
 void Loop::Measure(const Image* reference) {
   const std::vector<double> weights = CombinationWeights(films_, method_->combination());
-  const Image image = Combine(films_, weights);
+  Image image = Combine(films_, weights);
   error_ = CombinedPasses(films_, weights) >= 2 ? EstimateError(image).relmse_trimmed : kUnknown;
   ErrorPoint point;
   point.seconds = seconds_;
@@ -282,6 +284,7 @@ void Loop::Measure(const Image* reference) {
   if (reference != nullptr) point.against_reference = Compare(image, *reference);
   report_.points.push_back(std::move(point));
   if (report_.points.size() > kMaxPoints) ThinOut(&report_.points);
+  if (iteration_complete_) developed_ = std::move(image);
 }
 
 JobProgress Loop::Progress(double seconds_per_pass) const {

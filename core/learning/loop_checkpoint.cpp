@@ -114,7 +114,7 @@ class LoopCheckpoint {
     }
     loop->error_ = in.Get<double>();
     // Whatever else the position says, the next round must be computable from it.
-    const uint64_t bound = loop->method_->IterationPasses(loop->iteration_);
+    const uint64_t bound = loop->method_->IterationPasses(*loop->state_, loop->iteration_);
     const bool training = !loop->final_iteration_;
     const bool fits = loop->iteration_passes_ <= loop->passes_ && loop->passes_ <= loop->SppBudget() &&
                       (loop->finished_ || loop->passes_ < loop->SppBudget()) &&

@@ -80,7 +80,8 @@ class Method {
   virtual std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                                const IterationResult& result) const = 0;
   // Passes of iteration k if the job goes on for ever; 0: unbounded (a method that learns nothing, or has stopped).
-  virtual uint64_t IterationPasses(uint32_t iteration) const = 0;
+  // `state` is the iteration's own, or an earlier one's: then they are what is expected so far.
+  virtual uint64_t IterationPasses(const State& state, uint32_t iteration) const = 0;
 
   // True where a state has nothing more to learn: the iteration under it is the last.
   virtual bool Decided(const State& state) const { return false; }

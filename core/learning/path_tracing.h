@@ -28,7 +28,7 @@ class PathMethod final : public Method {
                                        const IterationResult&) const override {
     return state;
   }
-  uint64_t IterationPasses(uint32_t) const override { return 0; }
+  uint64_t IterationPasses(const State&, uint32_t) const override { return 0; }
   Combination combination() const override { return {Combination::Kind::kDiscard, 1}; }
 
  private:

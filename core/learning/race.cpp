@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/base/check.h"
 #include "core/film/error_metrics.h"
@@ -9,7 +10,43 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kBlocks = 8;  // a side
+// Part of the pixels that is left out, the worst: half of what reports leave out. Between none, where one outlier
+// decides, and all of that, where the noise of few passes hides (docs/decisions/0013-auto.md).
+constexpr double kLeftOut = kTrimmedFraction / 2;
+
+// Cuts an image into blocks, at most eight along each side.
+class Blocks {
+ public:
+  explicit Blocks(const Image& image)
+      : width_(image.width),
+        height_(image.height),
+        columns_(std::min(kSide, image.width)),
+        rows_(std::min(kSide, image.height)) {}
+  size_t count() const { return size_t{columns_} * rows_; }
+  size_t At(uint32_t x, uint32_t y) const {
+    return size_t{y} * rows_ / height_ * columns_ + size_t{x} * columns_ / width_;
+  }
+  // Pixels of each.
+  std::vector<double> Pixels() const {
+    std::vector<double> pixels(count());
+    for (uint32_t y = 0; y < height_; ++y) {
+      for (uint32_t x = 0; x < width_; ++x) ++pixels[At(x, y)];
+    }
+    return pixels;
+  }
+
+ private:
+  static constexpr uint32_t kSide = 8;
+  uint32_t width_, height_, columns_, rows_;
+};
+
+// The value that only the worst kLeftOut of them are above.
+double LargestKept(std::vector<double> values) {
+  const auto left_out = static_cast<size_t>(static_cast<double>(values.size()) * kLeftOut);
+  const auto last = values.end() - static_cast<std::ptrdiff_t>(left_out + 1);
+  std::nth_element(values.begin(), last, values.end());
+  return *last;
+}
 
 double Mean(const std::vector<double>& values, size_t without = ~size_t{0}) {
   double sum = 0;
@@ -30,27 +67,59 @@ double Ratio(const PilotResult& a, const PilotResult& b, size_t without = ~size_
 
 }  // namespace
 
-PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, const PixelEstimate& pixels) {
+Yardstick::Yardstick(const Image& image) : pixels_(EstimatePixels(image)) {
+  const Blocks blocks(image);
+  blocks_.resize(blocks.count());
+  for (uint32_t y = 0; y < image.height; ++y) {
+    for (uint32_t x = 0; x < image.width; ++x)
+      blocks_[blocks.At(x, y)] += Luminance(image.pixels[size_t{y} * image.width + x]);
+  }
+  const std::vector<double> pixels = blocks.Pixels();
+  for (size_t block = 0; block < blocks_.size(); ++block) blocks_[block] /= pixels[block];
+}
+
+PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, const Yardstick& yardstick) {
   LODESTAR_CHECK(film.passes() >= 2);
+  const auto passes = static_cast<double>(film.passes());
   PilotResult result;
   result.candidate = candidate;
   result.passes = film.passes();
-  result.work = work / static_cast<double>(film.passes());
+  result.work = work / passes;
   const Image image = film.Develop();
-  const uint32_t columns = std::min(kBlocks, image.width), rows = std::min(kBlocks, image.height);
-  std::vector<double> sums(size_t{columns} * rows);
-  std::vector<uint32_t> counts(sums.size());
+  const Blocks blocks(image);
+  LODESTAR_CHECK(blocks.count() == yardstick.blocks().size());
+
+  // 1. Each pixel's relative variance, the worst left out.
+  std::vector<double> values(image.size());
   for (uint32_t y = 0; y < image.height; ++y) {
     for (uint32_t x = 0; x < image.width; ++x) {
-      const double expected = pixels.At(x, y);
-      const double value = image.variance[size_t{y} * image.width + x] / (expected * expected + kRelMseEpsilon);
-      const size_t block = size_t{y} * rows / image.height * columns + size_t{x} * columns / image.width;
-      sums[block] += value;
-      ++counts[block];
+      const double expected = yardstick.pixels().At(x, y);
+      const size_t i = size_t{y} * image.width + x;
+      values[i] = image.variance[i] * passes / (expected * expected + kRelMseEpsilon);
     }
   }
-  for (size_t block = 0; block < sums.size(); ++block)
-    result.variances.push_back(sums[block] / std::max(1u, counts[block]) * static_cast<double>(film.passes()));
+  const double most = LargestKept(values);
+
+  // 2. By block.
+  std::vector<double> light(blocks.count());
+  result.variances.resize(blocks.count());
+  for (uint32_t y = 0; y < image.height; ++y) {
+    for (uint32_t x = 0; x < image.width; ++x) {
+      const size_t i = size_t{y} * image.width + x, block = blocks.At(x, y);
+      if (values[i] <= most) result.variances[block] += values[i];
+      light[block] += Luminance(image.pixels[i]);
+    }
+  }
+  const std::vector<double> pixels = blocks.Pixels();
+  for (size_t block = 0; block < blocks.count(); ++block) {
+    double& variance = result.variances[block];
+    variance /= pixels[block];
+    // 3. The light that is missing.
+    const double expected = yardstick.blocks()[block];
+    const double missing = std::max(0.0, expected - light[block] / pixels[block]);
+    const double implied = missing * missing / (expected * expected + kRelMseEpsilon) * pixels[block] * passes;
+    if (implied > 25 * variance) variance = implied;
+  }
   return result;
 }
 
@@ -66,6 +135,15 @@ EfficiencyRatio CompareEfficiency(const PilotResult& a, const PilotResult& b) {
   for (const double v : left_out) squares += (v - mean) * (v - mean);
   const double error = n > 1 ? std::sqrt(squares * (n - 1) / n) : value;
   return {value, std::max(0.0, value - 1.96 * error), value + 1.96 * error};
+}
+
+double RelativeVariance(const Film& film) {
+  double sum = 0;
+  const Image image = film.Develop();
+  for (const Rgb& pixel : image.pixels) sum += Luminance(pixel);
+  const double mean = sum / static_cast<double>(std::max<size_t>(1, image.size()));
+  if (!(mean > 0) || film.passes() < 2) return std::numeric_limits<double>::infinity();
+  return film.MeanVariance() * static_cast<double>(film.passes()) / (mean * mean);
 }
 
 void PilotResult::Write(ByteWriter& out) const {

@@ -64,7 +64,9 @@ class SdTreeMethod final : public Method {
                                               std::string_view bytes) const override;
   std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                        const IterationResult& result) const override;
-  uint64_t IterationPasses(uint32_t iteration) const override { return uint64_t{1} << std::min(iteration, 32u); }
+  uint64_t IterationPasses(const State&, uint32_t iteration) const override {
+    return uint64_t{1} << std::min(iteration, 32u);
+  }
   Combination combination() const override { return options_.combination; }
   int TrainingIterations() const override { return options_.training; }
 

@@ -14,8 +14,9 @@ class FarmOfWorkers : public FarmFixture, public testing::WithParamInterface<int
 TEST_P(FarmOfWorkers, GivesTheBitsOfOneProcess) {
   StartCoordinator();
   for (int i = 0; i < GetParam(); ++i) StartWorker();
-  for (const char* method : {"path", "sdtree"}) {
-    const auto spec = BoxJob(method, method == std::string("path") ? 16 : 32);
+  for (const std::string method : {"path", "sdtree", "auto"}) {
+    auto spec = BoxJob(method, method == "path" ? 16 : 32);
+    if (method == "auto") spec.options["pilot"] = "1000";  // so that there is a race in so small a picture
     const auto id = SubmitBox(spec, method);
     const auto status = Finish(id);
     ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;

@@ -135,9 +135,10 @@ TEST(Nee, KickstartEndsAfterThreeIterations) {
 
 TEST(SdTreeMethod, IterationsDouble) {
   const auto method = MakeMethod(test::SyntheticJob("sdtree", 1), SyntheticSurvey());
-  EXPECT_EQ(method->IterationPasses(0), 1u);
-  EXPECT_EQ(method->IterationPasses(6), 64u);
-  EXPECT_EQ(method->IterationPasses(70), uint64_t{1} << 32);
+  const auto state = method->Initial();
+  EXPECT_EQ(method->IterationPasses(*state, 0), 1u);
+  EXPECT_EQ(method->IterationPasses(*state, 6), 64u);
+  EXPECT_EQ(method->IterationPasses(*state, 70), uint64_t{1} << 32);
 }
 
 TEST(SdTreeMethod, EmptySceneBoundsAreRefused) {
@@ -154,7 +155,7 @@ TEST(PathMethod, HasNothingToLearn) {
   EXPECT_THROW(method->ParseState("x"), Error);
   EXPECT_EQ(method->NewStatistics(state), nullptr);
   EXPECT_THROW(method->ParseStatistics(state, ""), Error);
-  EXPECT_EQ(method->IterationPasses(3), 0u);
+  EXPECT_EQ(method->IterationPasses(*state, 3), 0u);
 }
 
 TEST(MethodOptions, NumbersAreWholeAndFinite) {

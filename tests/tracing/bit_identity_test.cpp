@@ -17,6 +17,7 @@ JobSpec GuidedJob(const std::string& method = "sdtree") {
   JobSpec job;
   job.method = method;
   if (method == "grid") job.options = {{"batch", "2"}, {"steps", "4"}};
+  if (method == "auto") job.options = {{"pilot", "1000"}};  // so that there is a race in so small a picture
   job.budget.spp = 15;
   job.seed = 7;
   return job;
@@ -44,7 +45,7 @@ void ExpectSameImage(const Image& a, const Image& b) {
 }
 
 TEST(BitIdentityTest, ThreadsDoNotShow) {
-  for (const std::string method : {"sdtree", "focal", "grid"}) {
+  for (const std::string method : {"sdtree", "focal", "grid", "auto"}) {
     for (const std::string& text :
          {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text, test::kSmallScenes[5].text}) {
       const test::Rendered one = test::RenderText(text, GuidedJob(method), 1);
@@ -98,7 +99,7 @@ class ShuffledExecutor final : public Executor {
 };
 
 TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
-  for (const std::string method : {"sdtree", "focal", "grid"}) {
+  for (const std::string method : {"sdtree", "focal", "grid", "auto"}) {
     const JobSpec job = GuidedJob(method);
     const CompiledJob compiled = CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job);
     const test::Rendered plain = test::Render(compiled, job);
