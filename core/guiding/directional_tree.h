@@ -56,9 +56,16 @@ inline uint32_t ToInteger(float coordinate) {
   return static_cast<uint32_t>(coordinate * static_cast<float>(1 << kBits));
 }
 
+// Fetches the lines that most descents run along, all at once instead of one after the other: 12 hold half of a tree of
+// some hundred nodes (measured against 4 and 8 by guiding_bench).
+inline void Prefetch(const DirectionalNode* nodes) {
+  for (int line = 0; line < 12; ++line) __builtin_prefetch(nodes + line * 4);
+}
+
 inline Cell Locate(const DirectionalNode* nodes, uint32_t x, uint32_t y) {
   float density = kUniformSpherePdf;
   uint32_t node = 0;
+  Prefetch(nodes);
   for (int shift = kBits - 1;; --shift) {
     const uint32_t c = ((x >> shift) & 1) | (((y >> shift) & 1) << 1);
     density *= static_cast<float>(static_cast<int32_t>(nodes[node].Share(c))) * 0x1p-28f;
@@ -69,11 +76,6 @@ inline Cell Locate(const DirectionalNode* nodes, uint32_t x, uint32_t y) {
 }
 inline Cell Locate(const DirectionalNode* nodes, Vec2 square) {
   return Locate(nodes, ToInteger(square.x), ToInteger(square.y));
-}
-
-// Fetches the lines that most descents run along, all at once instead of one after the other.
-inline void Prefetch(const DirectionalNode* nodes) {
-  for (int line = 0; line < 4; ++line) __builtin_prefetch(nodes + line * 4);
 }
 
 struct Point {

@@ -56,7 +56,7 @@ SdTree::SdTree(SdTreeParts parts)
       iteration_(parts.iteration),
       radiance_scale_(parts.radiance_scale),
       leaves_(std::move(parts.leaves)),
-      nodes_(std::move(parts.nodes)),
+      nodes_(parts.nodes.begin(), parts.nodes.end()),
       lights_by_power_(std::move(parts.lights_by_power)),
       lights_(std::move(parts.lights)) {
   auto spatial = SpatialTree::FromDepths(parts.corner, parts.size, parts.depths);

@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 
+#include "core/base/huge_pages.h"
 #include "core/guiding/directional_tree.h"
 #include "core/guiding/sd_tree_options.h"
 #include "core/guiding/spatial_tree.h"
@@ -77,6 +78,9 @@ class SdTree {
   // w of unit length.
   float Pdf(uint32_t leaf, Vec3 w) const { return directional::Locate(Tree(leaf), DirectionToCylindrical(w)).density; }
 
+  // Asks for what Sample() and Pdf() will read, for when something else is to be done first.
+  void Prefetch(uint32_t leaf) const { directional::Prefetch(Tree(leaf)); }
+
   float BsdfFraction(uint32_t leaf) const { return leaves_[leaf].bsdf_fraction; }
   bool HasLearned(uint32_t leaf) const { return leaves_[leaf].learned != 0; }
 
@@ -114,7 +118,7 @@ class SdTree {
   float radiance_scale_ = 1;
   SpatialTree spatial_;
   std::vector<SdTreeLeaf> leaves_;
-  std::vector<DirectionalNode> nodes_;
+  LargeVector<DirectionalNode> nodes_;
   std::vector<uint16_t> lights_by_power_, lights_;
   uint64_t fingerprint_ = 0;
 };

@@ -59,9 +59,9 @@ class SdTreeStatistics {
   // Sums of one spatial leaf.
   struct alignas(64) LeafSums {
     FractionSums fraction;
-    ExactSum flux;  // scaled radiance / pdf
+    ExactSum flux;        // scaled radiance / pdf
+    uint64_t weight = 0;  // records, in units of 2^-24 (the box filter shares them out); in the cache line of `flux`
     NeeSums nee;
-    uint64_t weight = 0;  // records, in units of 2^-24 (the box filter shares them out)
     double records() const { return static_cast<double>(weight) * 0x1p-24; }
   };
 

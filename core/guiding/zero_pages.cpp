@@ -14,6 +14,7 @@ void* MapZeroPages(size_t bytes) {
     throw Error(ErrorKind::kIo, "cannot map " + std::to_string(bytes) +
                                     " bytes for tree statistics; lower the SD-tree's max_nodes or the thread count");
   }
+  madvise(address, bytes, MADV_HUGEPAGE);  // advice: refused, it costs only speed
   return address;
 }
 

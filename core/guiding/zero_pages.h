@@ -1,5 +1,6 @@
 // An array of zeroes straight from the operating system: pages that are never touched cost nothing, so an accumulator
-// as wide as the state is cheap to create for a second's work.
+// as wide as the state is cheap to create for a second's work. Pages are of 2 MiB where the system grants them, so that
+// an addition at random misses the cache but not the translation of its address too.
 #pragma once
 
 #include <cstddef>

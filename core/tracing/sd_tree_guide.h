@@ -41,7 +41,10 @@ class SdTreeGuide {
     Local local;
     local.leaf = tree_.LeafAt(si.p);
     const SdTreeLeaf& leaf = tree_.leaf(local.leaf);
-    if (leaf.learned) local.bsdf_fraction = leaf.bsdf_fraction;
+    if (leaf.learned) {
+      local.bsdf_fraction = leaf.bsdf_fraction;
+      tree_.Prefetch(local.leaf);  // comes in while the light sample and its ray are made
+    }
     local.nee_probability = leaf.nee_probability;
     local.lights = tree_.Lights(local.leaf);
     if constexpr (kProduct) {
