@@ -55,7 +55,7 @@ SdTree::SdTree(SdTreeParts parts)
     : options_(parts.options),
       iteration_(parts.iteration),
       radiance_scale_(parts.radiance_scale),
-      leaves_(std::move(parts.leaves)),
+      leaves_(parts.leaves.begin(), parts.leaves.end()),
       nodes_(parts.nodes.begin(), parts.nodes.end()),
       lights_by_power_(std::move(parts.lights_by_power)),
       lights_(std::move(parts.lights)) {

@@ -117,7 +117,7 @@ class SdTree {
   uint32_t iteration_ = 0;
   float radiance_scale_ = 1;
   SpatialTree spatial_;
-  std::vector<SdTreeLeaf> leaves_;
+  LargeVector<SdTreeLeaf> leaves_;
   LargeVector<DirectionalNode> nodes_;
   std::vector<uint16_t> lights_by_power_, lights_;
   uint64_t fingerprint_ = 0;

@@ -74,6 +74,11 @@ class SdTreeStatistics {
   // A path's records at once, which hides the memory's latency; the jitter of record i is a hash of (key, i). All go to
   // one half.
   void Record(std::span<const SdTreeRecord> records, uint64_t key);
+  // Asks for the sums of a leaf of which something is about to be recorded.
+  void Prefetch(uint32_t leaf) const {
+    __builtin_prefetch(&leaves_[leaf].flux, 1);
+    __builtin_prefetch(&leaves_[leaf].nee.count, 1);
+  }
   void Record(const NeeRecord& record);
   void Record(const LightRecord& record);  // only where the state selects lights
 

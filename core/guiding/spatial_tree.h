@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/huge_pages.h"
 #include "core/math/bounds.h"
 
 namespace lodestar {
@@ -98,8 +99,8 @@ class SpatialTree {
 
   Vec3 corner_;
   float size_ = 1;
-  float scale_ = 1;  // 2^kBits / size
-  std::vector<std::array<uint32_t, 8>> nodes_;
+  float scale_ = 1;                             // 2^kBits / size
+  LargeVector<std::array<uint32_t, 8>> nodes_;  // a node lies in one cache line
   std::vector<Cell> cells_;
 };
 

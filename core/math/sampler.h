@@ -24,7 +24,7 @@ class Sampler {
       : block_key_(MixCombine(seed, (uint64_t{pixel_y} << 32) | pixel_x) +
                    (pass / kBlockPasses) * 0xd1342543de82ef95ULL),
         pass_key_(Mix64(block_key_ + (pass % kBlockPasses) * 0x9e3779b97f4a7c15ULL)),
-        index_(pass % kBlockPasses) {}
+        reversed_index_(ReverseBits(pass % kBlockPasses)) {}
 
   // The next dimension pairs are those from `pair` on. A path gives each vertex a fixed range, so that a vertex which
   // needs fewer numbers does not shift those of the next.
@@ -43,12 +43,13 @@ class Sampler {
   static float ToUnit(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
 
  private:
-  static uint32_t ReverseBits(uint32_t v) {
-    v = __builtin_bswap32(v);
-    v = ((v >> 4) & 0x0f0f0f0fu) | ((v & 0x0f0f0f0fu) << 4);
-    v = ((v >> 2) & 0x33333333u) | ((v & 0x33333333u) << 2);
-    return ((v >> 1) & 0x55555555u) | ((v & 0x55555555u) << 1);
+  static uint64_t ReverseBits(uint64_t v) {
+    v = __builtin_bswap64(v);
+    v = ((v >> 4) & 0x0f0f0f0f0f0f0f0fu) | ((v & 0x0f0f0f0f0f0f0f0fu) << 4);
+    v = ((v >> 2) & 0x3333333333333333u) | ((v & 0x3333333333333333u) << 2);
+    return ((v >> 1) & 0x5555555555555555u) | ((v & 0x5555555555555555u) << 1);
   }
+  static uint32_t ReverseBits(uint32_t v) { return static_cast<uint32_t>(ReverseBits(uint64_t{v}) >> 32); }
   // A base-2 nested uniform scramble of a bit-reversed value (Laine and Karras 2011, constants by Vegdahl 2021).
   static uint32_t ScrambleReversed(uint32_t v, uint32_t seed) {
     v ^= v * 0x3d20adeau;
@@ -70,16 +71,16 @@ class Sampler {
   }
   Vec2 Sobol(uint32_t pair) const {
     const uint64_t key = Mix64(block_key_ + (pair + 1) * 0xa0761d6478bd642fULL);
-    const uint32_t shuffled = ReverseBits(ScrambleReversed(ReverseBits(index_), static_cast<uint32_t>(key)));
+    const uint32_t shuffled = ReverseBits(ScrambleReversed(reversed_index_, static_cast<uint32_t>(key)));
     const uint64_t scramble = Mix64(key);
-    const uint32_t x = ReverseBits(ScrambleReversed(shuffled, static_cast<uint32_t>(scramble)));
-    const uint32_t y =
-        ReverseBits(ScrambleReversed(SecondDimensionReversed(shuffled), static_cast<uint32_t>(scramble >> 32)));
-    return {ToUnit(x), ToUnit(y)};
+    const uint32_t x = ScrambleReversed(shuffled, static_cast<uint32_t>(scramble));
+    const uint32_t y = ScrambleReversed(SecondDimensionReversed(shuffled), static_cast<uint32_t>(scramble >> 32));
+    const uint64_t xy = ReverseBits(uint64_t{x} | uint64_t{y} << 32);
+    return {ToUnit(static_cast<uint32_t>(xy >> 32)), ToUnit(static_cast<uint32_t>(xy))};
   }
 
   uint64_t block_key_, pass_key_;
-  uint32_t index_;
+  uint32_t reversed_index_;  // of the pass in its block
   uint32_t pair_ = 0;
 };
 

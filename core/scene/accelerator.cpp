@@ -1,6 +1,7 @@
 #include "core/scene/accelerator.h"
 
 #include <embree3/rtcore.h>
+#include <immintrin.h>
 #include <tbb/global_control.h>
 
 #include <atomic>
@@ -26,6 +27,17 @@ Vec3 Origin(const RTCRay& r) {
 }
 Vec3 Direction(const RTCRay& r) {
   return {r.dir_x, r.dir_y, r.dir_z};
+}
+
+// In whole vectors: the traversal reads them so, and what was stored in parts would reach it only through the cache.
+void SetRay(const Ray& ray, RTCRay* r) {
+  const Vec3 o = ray.origin, d = ray.direction;
+  _mm_store_ps(&r->org_x, _mm_setr_ps(o.x, o.y, o.z, 0));  // and tnear
+  _mm_store_ps(&r->dir_x, _mm_setr_ps(d.x, d.y, d.z, 0));  // and time
+  r->tfar = ray.t_max;
+  r->mask = ~0u;
+  r->id = 0;
+  r->flags = 0;
 }
 
 // The filter of triangles with alpha or without shadow; N is always 1 here.
@@ -261,18 +273,7 @@ bool Accelerator::Intersect(const Ray& ray, Hit* hit) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit r;
-  r.ray.org_x = ray.origin.x;
-  r.ray.org_y = ray.origin.y;
-  r.ray.org_z = ray.origin.z;
-  r.ray.tnear = 0;
-  r.ray.dir_x = ray.direction.x;
-  r.ray.dir_y = ray.direction.y;
-  r.ray.dir_z = ray.direction.z;
-  r.ray.time = 0;
-  r.ray.tfar = ray.t_max;
-  r.ray.mask = ~0u;
-  r.ray.id = 0;
-  r.ray.flags = 0;
+  SetRay(ray, &r.ray);
   r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(static_cast<RTCScene>(scene_), &context, &r);
@@ -291,18 +292,7 @@ bool Accelerator::Unoccluded(const Ray& ray) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRay r;
-  r.org_x = ray.origin.x;
-  r.org_y = ray.origin.y;
-  r.org_z = ray.origin.z;
-  r.tnear = 0;
-  r.dir_x = ray.direction.x;
-  r.dir_y = ray.direction.y;
-  r.dir_z = ray.direction.z;
-  r.time = 0;
-  r.tfar = ray.t_max;
-  r.mask = ~0u;
-  r.id = 0;
-  r.flags = 0;
+  SetRay(ray, &r);
   rtcOccluded1(static_cast<RTCScene>(scene_), &context, &r);
   return r.tfar >= 0;
 }

@@ -48,6 +48,8 @@ void SdTreeGuide<kProduct>::Record(std::span<const PathVertex> vertices, const P
              learn_lights = !tree_.lights_by_power().empty();
   const float per_pixel = relative ? 1 / PixelLuminance(sample.x, sample.y) : 0;
   records->clear();
+  for (const PathVertex& vertex : vertices)
+    if (vertex.smooth) sums.Prefetch(vertex.leaf);
   Rgb incident, learned;  // as the estimate has it, and as the tree learns it
   for (size_t i = vertices.size(); i-- > 0;) {
     const PathVertex& vertex = vertices[i];
