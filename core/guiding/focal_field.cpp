@@ -48,6 +48,7 @@ FocalField::FocalField(FocalParts parts)
   for (int axis = 0; axis < 3; ++axis) {
     per_side_[axis] = 1 / sides_[axis];
     stretch_[axis] = longest_ / sides_[axis];
+    shape_[axis] = sides_[axis] / longest_;
     volume *= static_cast<double>(sides_[axis]) / longest_;
   }
   ByteWriter head;
@@ -88,7 +89,7 @@ FocalSample FocalField::Sample(Vec3 x, Vec2 u) const {
   const FocalOctree::Voxel voxel = octree.Choose(target);
   const auto towards = [&](Vec3 in_voxel) {
     const Vec3 d = voxel.lower + in_voxel * voxel.size - from;
-    const Vec3 w = Vec3{d.x / stretch_.x, d.y / stretch_.y, d.z / stretch_.z};
+    const Vec3 w = d * shape_;
     const float length = Length(w);
     if (!(length > 0)) return Vec3{0, 0, 1};  // x itself: any direction leads through its voxel
     return w * (diverging ? -1 / length : 1 / length);
@@ -96,11 +97,15 @@ FocalSample FocalField::Sample(Vec3 x, Vec2 u) const {
   const uint64_t bits = Mix64((uint64_t{std::bit_cast<uint32_t>(u.x)} << 32) | std::bit_cast<uint32_t>(u.y));
   const auto coordinate = [&](int shift) { return (static_cast<float>((bits >> shift) & 0x1fffff) + 0.5f) * 0x1p-21f; };
   Vec3 w = towards({coordinate(0), coordinate(21), coordinate(42)});
+  FocalRay ray = RayOf(x, diverging ? -w : w);
   // Near the voxel's border the direction may round to one that misses it, whose density is another: over many samples
   // that would bias what lies there. Such a sample moves to the voxel's middle, which a direction's bits cannot miss.
-  if (!octree.Crosses(RayOf(x, diverging ? -w : w), voxel)) [[unlikely]]
+  if (!octree.Crosses(ray, voxel)) [[unlikely]] {
     w = towards({0.5f, 0.5f, 0.5f});
-  return {w, Pdf(x, w)};
+    ray = RayOf(x, diverging ? -w : w);
+  }
+  if (octrees_.size() > 1) return {w, Pdf(x, w)};
+  return {w, octree.Integrate(ray) * pdf_scale_};
 }
 
 uint32_t FocalField::CellAt(Vec3 x) const {

@@ -88,6 +88,7 @@ class FocalField {
   Vec3 corner_, sides_;
   Vec3 per_side_;  // 1 / sides
   Vec3 stretch_;   // longest side / sides
+  Vec3 shape_;     // sides / longest side
   float longest_;
   uint32_t iteration_;
   float radiance_scale_;

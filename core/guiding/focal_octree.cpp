@@ -1,5 +1,7 @@
 #include "core/guiding/focal_octree.h"
 
+#include <limits>
+
 namespace lodestar {
 
 std::optional<FocalOctree> FocalOctree::From(std::span<const uint8_t> inner, std::span<const float> leaf_masses) {
@@ -7,10 +9,12 @@ std::optional<FocalOctree> FocalOctree::From(std::span<const uint8_t> inner, std
   FocalOctree tree;
   tree.nodes_.resize(inner.size());
   tree.masses_.resize(inner.size() * 8);
+  tree.ends_.resize(inner.size());
 
   // The shape, parents before children.
   size_t next = 1, next_leaf = 0;
   tree.nodes_[0].level = 1;
+  tree.nodes_[0].half = 0.5f;
   for (size_t i = 0; i < inner.size(); ++i) {
     if (i >= next) return std::nullopt;  // no octant leads here
     Node& node = tree.nodes_[i];
@@ -20,8 +24,14 @@ std::optional<FocalOctree> FocalOctree::From(std::span<const uint8_t> inner, std
     node.first_child = static_cast<uint32_t>(next);
     next += static_cast<size_t>(std::popcount(inner[i]));
     if (next > inner.size()) return std::nullopt;
-    for (size_t child = node.first_child; child < next; ++child)
-      tree.nodes_[child].level = static_cast<uint8_t>(node.level + 1);
+    for (int octant = 0; octant < 8; ++octant) {
+      if (((inner[i] >> octant) & 1) == 0) continue;
+      Node& child = tree.nodes_[node.Child(octant)];
+      child.level = static_cast<uint8_t>(node.level + 1);
+      child.half = node.half / 2;
+      for (int axis = 0; axis < 3; ++axis)
+        child.corner[axis] = node.corner[axis] + (((octant >> axis) & 1) ? node.half : 0);
+    }
     next_leaf += 8 - static_cast<size_t>(std::popcount(inner[i]));
   }
   if (next != inner.size() || next_leaf != leaf_masses.size()) return std::nullopt;
@@ -46,6 +56,16 @@ std::optional<FocalOctree> FocalOctree::From(std::span<const uint8_t> inner, std
       }
     }
   }
+  for (size_t i = 0; i < inner.size(); ++i) {
+    double end = 0;
+    int last = 0;
+    for (int c = 0; c < 8; ++c) {
+      const float mass = tree.masses_[i * 8 + c];
+      if (mass > 0) last = c;
+      tree.ends_[i].end[c] = end += mass;
+    }
+    for (int c = last; c < 8; ++c) tree.ends_[i].end[c] = std::numeric_limits<double>::infinity();
+  }
   for (int c = 0; c < 8; ++c) tree.mass_ += tree.masses_[c];
   return tree;
 }
@@ -53,19 +73,16 @@ std::optional<FocalOctree> FocalOctree::From(std::span<const uint8_t> inner, std
 FocalOctree::Voxel FocalOctree::Choose(double target) const {
   Voxel voxel{0, {0, 0, 0}, 1};
   for (uint32_t index = 0;;) {
-    const float* const mass = &masses_[size_t{index} * 8];
-    // The target lies within the node's mass but for rounding, which the last octant that has any takes.
-    int octant = 0, last = 0;
-    for (;; ++octant) {
-      if (mass[octant] > 0) last = octant;
-      if (octant == 7 || target < mass[octant]) break;
-      target -= mass[octant];
-    }
-    if (!(mass[octant] > 0)) octant = last;
-    target = std::min(target, static_cast<double>(mass[octant]));
-    voxel.size *= 0.5f;
-    for (int axis = 0; axis < 3; ++axis) voxel.lower[axis] += ((octant >> axis) & 1) ? voxel.size : 0;
+    // How many octants the target lies behind: no branch of eight that nothing could predict.
+    const double* const end = ends_[index].end;
+    const __m256d at = _mm256_set1_pd(target);
+    const int behind = _mm256_movemask_pd(_mm256_cmp_pd(at, _mm256_load_pd(end), _CMP_GE_OQ)) |
+                       _mm256_movemask_pd(_mm256_cmp_pd(at, _mm256_load_pd(end + 4), _CMP_GE_OQ)) << 4;
+    const int octant = std::popcount(static_cast<unsigned>(behind));
     voxel.slot = index * 8 + static_cast<uint32_t>(octant);
+    target = std::min(octant > 0 ? target - end[octant - 1] : target, static_cast<double>(masses_[voxel.slot]));
+    voxel.size *= 0.5f;
+    for (int axis = 0; axis < 3; ++axis) voxel.lower[axis] += static_cast<float>((octant >> axis) & 1) * voxel.size;
     if (((nodes_[index].inner >> octant) & 1) == 0) return voxel;
     index = nodes_[index].Child(octant);
   }

@@ -27,22 +27,21 @@ namespace lodestar {
 // below 1e-18 count as 1e-18 of their sign, so that every plane has a parameter and none is 0/0.
 class FocalRay {
  public:
-  FocalRay(Vec3 origin, Vec3 direction)
-      : origin_(_mm_setr_ps(origin.x, origin.y, origin.z, 0)),
-        inverse_(_mm_setr_ps(Inverse(direction.x), Inverse(direction.y), Inverse(direction.z), 0)) {
-    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    for (int axis = 0; axis < 3; ++axis) {
-      const int negative = std::signbit(direction[axis]);
-      // In lane c: axis, plus 4 where the octant lies behind the middle plane as the ray goes.
-      const __m256i upper = _mm256_and_si256(_mm256_srli_epi32(lane, axis), _mm256_set1_epi32(1));
-      const __m256i behind = _mm256_xor_si256(upper, _mm256_set1_epi32(negative));
-      select_[axis] = _mm256_add_epi32(_mm256_set1_epi32(axis), _mm256_slli_epi32(behind, 2));
-    }
+  FocalRay(Vec3 origin, Vec3 direction) : origin_(_mm_setr_ps(origin.x, origin.y, origin.z, 0)) {
+    const __m128 d = _mm_setr_ps(direction.x, direction.y, direction.z, 1), sign = _mm_and_ps(d, _mm_set1_ps(-0.0f));
+    const __m128 length = _mm_max_ps(_mm_andnot_ps(sign, _mm_xor_ps(d, sign)), _mm_set1_ps(1e-18f));
+    inverse_ = _mm_div_ps(_mm_set1_ps(1), _mm_or_ps(length, sign));
+    // In lane c of axis a: a, plus 4 where the octant lies behind the middle plane as the ray goes.
+    const __m128i flip = _mm_srli_epi32(_mm_castps_si128(sign), 29);  // 4 where the direction is negative
+    select_[0] = _mm256_xor_si256(_mm256_setr_epi32(0, 4, 0, 4, 0, 4, 0, 4), _mm256_broadcastd_epi32(flip));
+    select_[1] = _mm256_xor_si256(_mm256_setr_epi32(1, 1, 5, 5, 1, 1, 5, 5),
+                                  _mm256_broadcastd_epi32(_mm_shuffle_epi32(flip, 0x55)));
+    select_[2] = _mm256_xor_si256(_mm256_setr_epi32(2, 2, 2, 2, 6, 6, 6, 6),
+                                  _mm256_broadcastd_epi32(_mm_shuffle_epi32(flip, 0xaa)));
   }
 
  private:
   friend class FocalOctree;
-  static float Inverse(float d) { return 1 / (std::fabs(d) < 1e-18f ? std::copysign(1e-18f, d) : d); }
 
   __m128 origin_, inverse_;
   __m256i select_[3];
@@ -52,8 +51,10 @@ class FocalOctree {
  public:
   static constexpr int kMaxDepth = 16;  // a voxel is then 256 steps of a float wide
 
-  struct Node {
+  struct alignas(64) Node {
     std::array<float, 8> density;  // of leaves: mass / volume, with the cube's volume 1; 0 for nodes
+    std::array<float, 3> corner;   // its lower one
+    float half;                    // of its size: an octant's
     uint32_t first_child;          // where its octants that are nodes begin, in order
     uint8_t inner;                 // bit c: octant c is a node
     uint8_t live;                  // ... of positive mass
@@ -80,11 +81,11 @@ class FocalOctree {
   // is the density of its direction seen from the ray's origin, where the cube has volume and mass 1.
   float Integrate(const FocalRay& ray) const {
     __m256 sum = _mm256_setzero_ps();
-    Walk<true>(ray, kInfinity, [&](uint32_t, const Node& node, int, __m256 valid, __m256 t0, __m256 t1) {
+    Walk<true>(ray, kInfinity, [&](uint32_t, const Node& node, unsigned, __m256 valid, __m256 t0, __m256 t1) {
       // (t1 - t0)(t1^2 + t1 t0 + t0^2): the difference of cubes cancels for far, thin voxels.
       const __m256 squares = _mm256_add_ps(_mm256_mul_ps(t1, _mm256_add_ps(t1, t0)), _mm256_mul_ps(t0, t0));
       const __m256 cubes = _mm256_mul_ps(_mm256_sub_ps(t1, t0), squares);
-      sum = _mm256_add_ps(sum, _mm256_and_ps(valid, _mm256_mul_ps(_mm256_loadu_ps(node.density.data()), cubes)));
+      sum = _mm256_add_ps(sum, _mm256_and_ps(valid, _mm256_mul_ps(_mm256_load_ps(node.density.data()), cubes)));
     });
     const __m128 four = _mm_add_ps(_mm256_castps256_ps128(sum), _mm256_extractf128_ps(sum, 1));
     const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
@@ -94,11 +95,11 @@ class FocalOctree {
   // Calls visit(slot, t0, t1, density) for every leaf voxel that the ray crosses before t_end, t0 < t1, in no order.
   template <class Visit>
   void ForVoxels(const FocalRay& ray, float t_end, Visit&& visit) const {
-    Walk<false>(ray, t_end, [&](uint32_t index, const Node& node, int hit, __m256, __m256 near, __m256 far) {
+    Walk<false>(ray, t_end, [&](uint32_t index, const Node& node, unsigned hit, __m256, __m256 near, __m256 far) {
       alignas(32) float t0[8], t1[8];
       _mm256_store_ps(t0, near);
       _mm256_store_ps(t1, far);
-      for (unsigned leaves = static_cast<unsigned>(hit) & ~node.inner; leaves != 0; leaves &= leaves - 1) {
+      for (unsigned leaves = hit & ~node.inner; leaves != 0; leaves &= leaves - 1) {
         const int octant = std::countr_zero(leaves);
         visit(index * 8 + static_cast<uint32_t>(octant), t0[octant], t1[octant], node.density[octant]);
       }
@@ -114,38 +115,52 @@ class FocalOctree {
   const Node& node(uint32_t index) const { return nodes_[index]; }
   // Of an octant, with all that lies in it.
   float mass(uint32_t slot) const { return masses_[slot]; }
-  size_t memory() const { return nodes_.size() * sizeof(Node) + masses_.size() * sizeof(float); }
+  size_t memory() const {
+    return nodes_.size() * (sizeof(Node) + sizeof(Ends)) + masses_.size() * sizeof(float);
+  }
 
  private:
   template <bool kLiveOnly, class Visit>
   void Walk(const FocalRay& ray, float t_end, Visit&& visit) const;
+  // The first four set bits of a byte, a byte each.
+  static constexpr std::array<uint32_t, 256> kSetBits = [] {
+    std::array<uint32_t, 256> table{};
+    for (uint32_t bits = 0; bits < 256; ++bits)
+      for (uint32_t bit = 0, count = 0; bit < 8 && count < 4; ++bit)
+        if ((bits >> bit) & 1) table[bits] |= bit << (8 * count++);
+    return table;
+  }();
+
+  // Where each octant's share of the node's mass ends, as masses add up; infinity from the last one of any mass on, so
+  // that rounding chooses none without.
+  struct alignas(64) Ends {
+    double end[8];
+  };
 
   std::vector<Node> nodes_;
   std::vector<float> masses_;  // by slot
+  std::vector<Ends> ends_;     // by node
   double mass_ = 0;
   int depth_ = 0;
 };
 
 template <bool kLiveOnly, class Visit>
 inline void FocalOctree::Walk(const FocalRay& ray, float t_end, Visit&& visit) const {
-  // From a node's lower corner (x, y, z, half its size) to that of an octant, in units of the half.
-  alignas(16) static constexpr float kOffset[8][4] = {{0, 0, 0, -0.5f}, {1, 0, 0, -0.5f}, {0, 1, 0, -0.5f},
-                                                      {1, 1, 0, -0.5f}, {0, 0, 1, -0.5f}, {1, 0, 1, -0.5f},
-                                                      {0, 1, 1, -0.5f}, {1, 1, 1, -0.5f}};
-  // A ray crosses at most four octants of a node, and one of them is walked next.
-  struct Pending {
-    __m128 corner;
-    uint32_t node;
-  };
-  std::array<Pending, 3 * kMaxDepth + 4> stack;
-  size_t waiting = 0;
+  // What is still to be walked, first come first served: so most nodes do not have to wait for what the one before
+  // finds out, and no branch depends on it. A long ray through a deep octree, that fills the list, goes on with the
+  // newest instead, of which there are at most three more a level.
+  constexpr uint32_t kFull = 448;
+  static_assert(kFull + 3 * kMaxDepth + 8 <= 512);
+  uint32_t waiting[512];
+  uint32_t first = 0, last = 1;
+  waiting[0] = 0;
   const __m256 start = _mm256_setzero_ps(), end = _mm256_set1_ps(t_end);
-  __m128 corner = _mm_setr_ps(0, 0, 0, 0.5f);
-  uint32_t index = 0;
-  for (;;) {
+  while (first != last) {
+    const uint32_t index = last > kFull ? waiting[--last] : waiting[first++];
     const Node& node = nodes_[index];
     // 1. The parameters of the node's lower, middle and upper planes, then in the order in which the ray meets them.
-    const __m128 half = _mm_shuffle_ps(corner, corner, 0xff), middle = _mm_add_ps(corner, half);
+    const __m128 corner = _mm_load_ps(node.corner.data()), half = _mm_shuffle_ps(corner, corner, 0xff);
+    const __m128 middle = _mm_add_ps(corner, half);
     const __m128 t_lower = _mm_mul_ps(_mm_sub_ps(corner, ray.origin_), ray.inverse_);
     const __m128 t_middle = _mm_mul_ps(_mm_sub_ps(middle, ray.origin_), ray.inverse_);
     const __m128 t_upper = _mm_mul_ps(_mm_sub_ps(_mm_add_ps(middle, half), ray.origin_), ray.inverse_);
@@ -159,24 +174,14 @@ inline void FocalOctree::Walk(const FocalRay& ray, float t_end, Visit&& visit) c
         _mm256_min_ps(_mm256_permutevar8x32_ps(leave, ray.select_[0]), _mm256_permutevar8x32_ps(leave, ray.select_[1])),
         _mm256_min_ps(_mm256_permutevar8x32_ps(leave, ray.select_[2]), end));
     const __m256 valid = _mm256_cmp_ps(near, far, _CMP_LT_OQ);
-    const int hit = _mm256_movemask_ps(valid);
+    const unsigned hit = static_cast<unsigned>(_mm256_movemask_ps(valid));
     visit(index, node, hit, valid, near, far);
-    // 3. The nodes among those that are crossed.
-    unsigned inner = static_cast<unsigned>(hit) & (kLiveOnly ? node.live : node.inner);
-    if (inner != 0) {
-      const auto enter_octant = [&](int octant) {
-        return Pending{_mm_add_ps(corner, _mm_mul_ps(half, _mm_load_ps(kOffset[octant]))), node.Child(octant)};
-      };
-      const Pending next = enter_octant(std::countr_zero(inner));
-      for (inner &= inner - 1; inner != 0; inner &= inner - 1) stack[waiting++] = enter_octant(std::countr_zero(inner));
-      corner = next.corner;
-      index = next.node;
-      continue;
-    }
-    if (waiting == 0) return;
-    --waiting;
-    corner = stack[waiting].corner;
-    index = stack[waiting].node;
+    // 3. The nodes among those that are crossed, of eight at most four: which of the children they are, in a row.
+    const unsigned children = _pext_u32(hit & (kLiveOnly ? node.live : node.inner), node.inner);
+    const __m128i ranks = _mm_cvtepu8_epi32(_mm_cvtsi32_si128(static_cast<int>(kSetBits[children])));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(&waiting[last]),
+                     _mm_add_epi32(ranks, _mm_set1_epi32(static_cast<int>(node.first_child))));
+    last += static_cast<uint32_t>(std::popcount(children));
   }
 }
 
