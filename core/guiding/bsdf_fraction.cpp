@@ -2,7 +2,30 @@
 
 #include <algorithm>
 
+#include "core/math/exact_sum_bytes.h"
+
 namespace lodestar {
+
+void FractionSums::Write(ByteWriter& out) const {
+  PutVarint(out, count);
+  if (count == 0) return;
+  PutSum(out, weight);
+  for (int i = 0; i < kFractionGrid; ++i) PutWide(out, GradientUnits(i));
+}
+
+FractionSums FractionSums::Read(ByteReader& in) {
+  FractionSums sums;
+  sums.count = GetVarint(in);
+  if (sums.count > (uint64_t{1} << 40)) in.Fail("have an impossible record count");
+  if (sums.count == 0) return sums;
+  sums.weight = GetSum(in);
+  for (int i = 0; i < kFractionGrid; ++i) {
+    const __int128 units = GetWide(in), limit = static_cast<__int128>(sums.count) << 51;
+    if (units > limit || units < -limit) in.Fail("have a gradient out of range");
+    sums.SetGradientUnits(i, units);
+  }
+  return sums;
+}
 
 float SolveBsdfFraction(const FractionSums& sums, float previous, double prior_records) {
   if (sums.count == 0) return previous;

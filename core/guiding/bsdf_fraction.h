@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "core/base/bytes.h"
 #include "core/guiding/sd_tree_options.h"
 #include "core/math/exact_sum.h"
 
@@ -74,6 +75,10 @@ struct FractionSums {
     low[i] = static_cast<uint64_t>(biased) & 0xffffffff;
     high[i] = static_cast<uint64_t>(biased >> 32);
   }
+
+  void Write(ByteWriter& out) const;
+  // Fails the reader (Error kCorrupt).
+  static FractionSums Read(ByteReader& in);
 
  private:
   static constexpr double kClamp = 0x1p20;

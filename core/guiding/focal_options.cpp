@@ -1,18 +1,13 @@
 #include "core/guiding/focal_options.h"
 
 #include "core/guiding/bsdf_fraction.h"
+#include "core/guiding/setting_bytes.h"
 
 namespace lodestar {
 namespace {
 
 void Require(bool holds, const char* what) {
-  if (!holds) throw Error(ErrorKind::kInvalidInput, std::string("focal guiding setting out of range: ") + what);
-}
-
-bool GetFlag(ByteReader& in) {
-  const uint8_t flag = in.Get<uint8_t>();
-  if (flag > 1) in.Fail("has a flag that is neither set nor clear");
-  return flag == 1;
+  RequireSetting(holds, "focal guiding", what);
 }
 
 }  // namespace
@@ -62,12 +57,7 @@ FocalOptions FocalOptions::Read(ByteReader& in) {
   options.bsdf_fraction = in.Get<float>();
   options.learn_fraction = GetFlag(in);
   options.max_nodes = in.Get<uint32_t>();
-  try {
-    options.Validate();
-  } catch (const Error& error) {
-    in.Fail(error.what());
-  }
-  return options;
+  return Validated(options, in);
 }
 
 }  // namespace lodestar

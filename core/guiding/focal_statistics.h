@@ -77,6 +77,14 @@ class FocalStatistics {
         visit(static_cast<uint32_t>(word * 64 + static_cast<size_t>(std::countr_zero(bits))));
     }
   }
+  // ... visit(slot) for every sum that is not zero.
+  template <class Visit>
+  void ForNonZero(Visit&& visit) const {
+    ForTouched([&](uint32_t node) {
+      for (uint32_t slot = node * 8; slot < node * 8 + 8; ++slot)
+        if (!sums_[slot].zero()) visit(slot);
+    });
+  }
 
   std::shared_ptr<const FocalField> field_;
   ZeroPages<ExactSum> sums_;

@@ -2,11 +2,13 @@
 
 #include <bit>
 
+#include "core/guiding/setting_bytes.h"
+
 namespace lodestar {
 namespace {
 
 void Require(bool holds, const char* what) {
-  if (!holds) throw Error(ErrorKind::kInvalidInput, std::string("grid guiding setting out of range: ") + what);
+  RequireSetting(holds, "grid guiding", what);
 }
 
 }  // namespace
@@ -34,12 +36,7 @@ GridOptions GridOptions::Read(ByteReader& in) {
   options.directions = in.Get<int32_t>();
   options.learning_rate = in.Get<float>();
   options.prior = in.Get<float>();
-  try {
-    options.Validate();
-  } catch (const Error& error) {
-    in.Fail(error.what());
-  }
-  return options;
+  return Validated(options, in);
 }
 
 }  // namespace lodestar

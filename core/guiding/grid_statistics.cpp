@@ -3,12 +3,13 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/math/exact_sum_bytes.h"
 
 namespace lodestar {
 namespace {
 
 constexpr uint32_t kMagic = 0x53495247;  // "GRIS"
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 
 }  // namespace
 
@@ -42,17 +43,10 @@ void GridStatistics::Merge(const GridStatistics& other) {
   });
 }
 
-// Version 1: header, counts, then the entries with a record: their numbers, counts and both halves of their sums.
+// Version 2: header, counts, then the entries with a record, each with its count and sum.
 Bytes GridStatistics::Serialize() const {
-  std::vector<uint32_t> entries;
-  std::vector<uint64_t> count, low;
-  std::vector<int64_t> high;
-  ForEach([&](size_t entry, const Sum& sum) {
-    entries.push_back(static_cast<uint32_t>(entry));
-    count.push_back(sum.count);
-    low.push_back(static_cast<uint64_t>(sum.value.Units()));
-    high.push_back(static_cast<int64_t>(sum.value.Units() >> 64));
-  });
+  uint64_t entries = 0;
+  ForEach([&](size_t, const Sum&) { ++entries; });
   ByteWriter out;
   out.Put(kMagic);
   out.Put(kVersion);
@@ -60,10 +54,13 @@ Bytes GridStatistics::Serialize() const {
   out.Put(counts_.accepted);
   out.Put(counts_.refused);
   out.Put(counts_.saturated);
-  out.PutVector(entries);
-  out.PutVector(count);
-  out.PutVector(low);
-  out.PutVector(high);
+  PutVarint(out, entries);
+  IndexWriter index;
+  ForEach([&](size_t entry, const Sum& sum) {
+    index.Put(out, entry);
+    PutVarint(out, sum.count);
+    PutSum(out, sum.value);
+  });
   return out.Take();
 }
 
@@ -71,7 +68,7 @@ GridStatistics GridStatistics::Parse(std::shared_ptr<const RadianceGrid> grid, s
   ByteReader in(bytes, "grid statistics");
   if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
   if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("have version " + std::to_string(version) + ", known is 1");
+    in.Fail("have version " + std::to_string(version) + ", known is 2");
   GridStatistics statistics(std::move(grid));
   if (in.Get<uint64_t>() != statistics.grid_->fingerprint()) {
     throw Error(ErrorKind::kConflict,
@@ -80,25 +77,19 @@ GridStatistics GridStatistics::Parse(std::shared_ptr<const RadianceGrid> grid, s
   statistics.counts_.accepted = in.Get<uint64_t>();
   statistics.counts_.refused = in.Get<uint64_t>();
   statistics.counts_.saturated = in.Get<uint64_t>();
-  const auto entries = in.GetVector<uint32_t>();
-  const auto count = in.GetVector<uint64_t>(), low = in.GetVector<uint64_t>();
-  const auto high = in.GetVector<int64_t>();
-  if (count.size() != entries.size() || low.size() != entries.size() || high.size() != entries.size())
-    in.Fail("have arrays of different lengths");
-  in.ExpectEnd();
+  const uint64_t entries = GetVarint(in);
+  IndexReader index(statistics.sums_.size());
   uint64_t records = 0;
-  for (size_t i = 0; i < entries.size(); ++i) {
-    if (entries[i] >= statistics.sums_.size() || (i > 0 && entries[i] <= entries[i - 1]))
-      in.Fail("name an entry that the grid does not have");
-    if (count[i] == 0 || count[i] > statistics.counts_.accepted - records) in.Fail("have an impossible record count");
-    records += count[i];
-    const auto units =
-        static_cast<__int128>((static_cast<unsigned __int128>(static_cast<uint64_t>(high[i])) << 64) | low[i]);
-    Sum& sum = statistics.sums_[entries[i]];
-    sum = {ExactSum::FromUnits(units), count[i]};
-    if (units < 0 || sum.value.Units() != units) in.Fail("have a sum out of range");
-    statistics.Touch(entries[i]);
+  for (uint64_t i = 0; i < entries; ++i) {
+    const uint64_t entry = index.Get(in, "name an entry that the grid does not have");
+    Sum& sum = statistics.sums_[entry];
+    sum.count = GetVarint(in);
+    if (sum.count == 0 || sum.count > statistics.counts_.accepted - records) in.Fail("have an impossible record count");
+    records += sum.count;
+    sum.value = GetSum(in);
+    statistics.Touch(entry);
   }
+  in.ExpectEnd();
   if (records != statistics.counts_.accepted) in.Fail("have counts that do not add up");
   return statistics;
 }

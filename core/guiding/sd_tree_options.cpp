@@ -1,12 +1,13 @@
 #include "core/guiding/sd_tree_options.h"
 
 #include "core/guiding/bsdf_fraction.h"
+#include "core/guiding/setting_bytes.h"
 
 namespace lodestar {
 namespace {
 
 void Require(bool holds, const char* what) {
-  if (!holds) throw Error(ErrorKind::kInvalidInput, std::string("SD-tree setting out of range: ") + what);
+  RequireSetting(holds, "SD-tree", what);
 }
 
 }  // namespace
@@ -88,17 +89,10 @@ SdTreeOptions SdTreeOptions::Read(ByteReader& in) {
   options.target = in.Get<Target>();
   options.reconstruction = in.Get<Reconstruction>();
   options.dense_sigma = in.Get<float>();
-  const auto learn_nee = in.Get<uint8_t>();
-  if (learn_nee > 1) in.Fail("has a malformed flag");
-  options.learn_nee = learn_nee != 0;
+  options.learn_nee = GetFlag(in);
   options.min_records = in.Get<float>();
   options.max_nodes = in.Get<uint64_t>();
-  try {
-    options.Validate();
-  } catch (const Error& error) {
-    in.Fail(error.what());
-  }
-  return options;
+  return Validated(options, in);
 }
 
 }  // namespace lodestar

@@ -31,11 +31,6 @@ std::shared_ptr<const SdTreeState> SdTreeState::Parse(std::string_view bytes) {
   return std::make_shared<SdTreeState>(std::move(tree), std::move(pixels));
 }
 
-void SdTreeGuidingStatistics::AddHealth(HealthReport* health) const {
-  health->Add(HealthEvent::kRefused, sums().counts().refused);
-  health->Add(HealthEvent::kSaturated, sums().counts().saturated);
-}
-
 std::shared_ptr<const State> SdTreeMethod::Initial() const {
   return std::make_shared<SdTreeState>(SdTree::Initial(bounds_, options_.tree, light_groups_), PixelEstimate{});
 }

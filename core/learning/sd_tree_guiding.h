@@ -29,11 +29,7 @@ class SdTreeState final : public State {
   PixelEstimate pixels_;
 };
 
-class SdTreeGuidingStatistics final : public LearnedSums<SdTreeStatistics> {
- public:
-  using LearnedSums::LearnedSums;
-  void AddHealth(HealthReport* health) const override;
-};
+using SdTreeGuidingStatistics = LearnedSums<SdTreeStatistics>;
 
 class SdTreeMethod final : public Method {
  public:
