@@ -46,8 +46,8 @@ class StudiedMethod final : public Method {
         lodestar::Advance(*tree, sums, static_cast<double>(result.passes), reconstruct_(result)),
         EstimatePixels(*result.image));
   }
-  uint64_t IterationPasses(uint32_t iteration) const override {
-    return passes_ ? passes_(iteration) : inner_.IterationPasses(iteration);
+  uint64_t IterationPasses(const State& state, uint32_t iteration) const override {
+    return passes_ ? passes_(iteration) : inner_.IterationPasses(state, iteration);
   }
   Combination combination() const override { return inner_.combination(); }
 

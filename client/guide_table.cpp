@@ -88,6 +88,8 @@ const char* ReconstructionName(SdTreeOptions::Reconstruction reconstruction) {
       return "dense";
     case SdTreeOptions::Reconstruction::kNative:
       return "native";
+    case SdTreeOptions::Reconstruction::kDenseUnlimited:
+      return "dense-unlimited";
   }
   return "";
 }
