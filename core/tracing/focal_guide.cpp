@@ -15,7 +15,7 @@ void FocalGuide::Record(std::span<const PathVertex> vertices, const PixelSample&
   for (size_t i = vertices.size(); i-- > 0;) {
     const PathVertex& vertex = vertices[i];
     incident *= vertex.roulette;
-    if (vertex.recorded) {
+    if (vertex.recorded && distance > 0) {  // 0: the path ended there
       sums.Record({.position = vertex.p,
                    .direction = vertex.wi,
                    .distance = image && images ? kInfinity : distance,
