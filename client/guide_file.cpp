@@ -76,7 +76,9 @@ void GuideFile::CheckScene(const std::string& scene_hash, const std::string& sce
 std::shared_ptr<const State> ObservedMethod::Advance(const std::shared_ptr<const State>& state,
                                                      const IterationResult& result) const {
   auto next = method_->Advance(state, result);
-  if (result.statistics != nullptr) *last_ = GuideFile::Training{state->Serialize(), result.statistics->Serialize()};
+  const Active before = method_->ActiveUnder(state);
+  if (result.statistics != nullptr) *last_ = {before.state->Serialize(), result.statistics->Serialize()};
+  if (method_->ActiveUnder(next).method != before.method) last_->reset();
   return next;
 }
 

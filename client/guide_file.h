@@ -16,8 +16,9 @@ struct GuideFile {
   Survey survey;
   uint32_t iterations = 0;  // of training that made the state
   Bytes state;              // State::Serialize()
-  // What the last training iteration advanced from: state and sums, hence the records that the state was made from.
-  // Kept so that D-trees can be shown before their reconstruction. Not there where no iteration trained.
+  // What the last training iteration advanced from: state and sums of the method that is active now, hence the records
+  // that its state was made from. Kept so that D-trees can be shown before their reconstruction. Not there where no
+  // iteration trained it.
   struct Training {
     Bytes state, statistics;
     friend bool operator==(const Training&, const Training&) = default;
@@ -55,6 +56,7 @@ class ObservedMethod final : public Method {
   uint64_t IterationPasses(const State& state, uint32_t iteration) const override {
     return method_->IterationPasses(state, iteration);
   }
+  Active ActiveUnder(const std::shared_ptr<const State>& state) const override { return method_->ActiveUnder(state); }
   bool Decided(const State& state) const override { return method_->Decided(state); }
   std::string Explain(const State& state) const override { return method_->Explain(state); }
   Combination combination() const override { return method_->combination(); }

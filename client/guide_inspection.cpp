@@ -210,16 +210,19 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
   // 1. The file, and the scene where one is given.
   const GuideFile file = ReadGuide(arguments.guide);
   GuideView view;
-  view.label = file.job.method;
   view.bounds = file.survey.bounds;
   if (!arguments.scene.empty()) view.scene = CompileSceneOf(file, arguments);
-  const std::unique_ptr<Method> method = MakeMethod(file.job, file.survey);
-  const std::shared_ptr<const State> state = method->ParseState(file.state);
+  const std::unique_ptr<Method> job_method = MakeMethod(file.job, file.survey);
+  const auto [method, state] = job_method->ActiveUnder(job_method->ParseState(file.state));
+  view.label = file.job.method;
+  if (method != job_method.get()) view.label += " (" + std::string(method->name()) + ")";
   const auto* sd_tree = dynamic_cast<const SdTreeState*>(state.get());
   const auto* focal = dynamic_cast<const FocalState*>(state.get());
   const auto* grid = dynamic_cast<const GridState*>(state.get());
   if (sd_tree == nullptr && focal == nullptr && grid == nullptr)
-    throw Error(ErrorKind::kUnsupported, "states of method '" + file.job.method + "' cannot be shown yet");
+    throw Error(ErrorKind::kUnsupported,
+                arguments.guide + " holds nothing to show: method '" + view.label +
+                    "' learns nothing; render with --method sdtree to see what it would learn");
 
   // 2. What to look at.
   view.point = PointOf(arguments, file, view.scene.get());
@@ -232,7 +235,7 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
   nlohmann::json json = {{"file", arguments.guide},
                          {"file_bytes", std::filesystem::file_size(arguments.guide)},
                          {"state_bytes", file.state.size()},
-                         {"method", file.job.method},
+                         {"method", view.label},
                          {"options", file.job.options},
                          {"seed", file.job.seed},
                          {"training_iterations", file.iterations},

@@ -26,7 +26,8 @@ void CheckExtras(const RenderArguments& arguments, const AovChoice& aovs, const 
                  const JobSpec& job) {
   const std::unique_ptr<Method> method = MakeMethod(job, compiled.survey);
   const auto initial = method->Initial();
-  if (!arguments.state.empty() && !method->NewStatistics(initial)) {
+  const bool chooses = method->ActiveUnder(initial).method != method.get();
+  if (!arguments.state.empty() && !chooses && !method->NewStatistics(initial)) {
     throw Error(ErrorKind::kInvalidInput,
                 "--state: method '" + job.method + "' learns nothing that could be saved; try --method sdtree");
   }

@@ -125,13 +125,9 @@ AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
 
 // ---- The states of the candidates ----
 
-const Method& AutoMethod::ActiveMethod(const State& state) const {
-  return *candidates_[PartsOf(state).active].method;
-}
-
-std::shared_ptr<const State> AutoMethod::ActiveState(const State& state) const {
-  const Parts& parts = PartsOf(state);
-  return parts.entrants[parts.active].state;
+Method::Active AutoMethod::ActiveUnder(const std::shared_ptr<const State>& state) const {
+  const Parts& parts = PartsOf(*state);
+  return {candidates_[parts.active].method.get(), parts.entrants[parts.active].state};
 }
 
 std::shared_ptr<const State> AutoMethod::Initial() const {
@@ -142,12 +138,14 @@ std::shared_ptr<const State> AutoMethod::Initial() const {
 }
 
 std::unique_ptr<Statistics> AutoMethod::NewStatistics(const std::shared_ptr<const State>& state) const {
-  return ActiveMethod(*state).NewStatistics(ActiveState(*state));
+  const Active active = ActiveUnder(state);
+  return active.method->NewStatistics(active.state);
 }
 
 std::unique_ptr<Statistics> AutoMethod::ParseStatistics(const std::shared_ptr<const State>& state,
                                                         std::string_view bytes) const {
-  return ActiveMethod(*state).ParseStatistics(ActiveState(*state), bytes);
+  const Active active = ActiveUnder(state);
+  return active.method->ParseStatistics(active.state, bytes);
 }
 
 // ---- How long, and who ----

@@ -50,10 +50,6 @@ class AutoMethod final : public Method {
   AutoMethod(const JobSpec& job, const Survey& survey);
   static MethodEntry Entry();
 
-  // The method that renders under a state of this one, and its own state.
-  const Method& ActiveMethod(const State& state) const;
-  std::shared_ptr<const State> ActiveState(const State& state) const;
-
   std::string_view name() const override { return "auto"; }
   std::shared_ptr<const State> Initial() const override;
   std::shared_ptr<const State> ParseState(std::string_view bytes) const override;
@@ -63,6 +59,7 @@ class AutoMethod final : public Method {
   std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                        const IterationResult& result) const override;
   uint64_t IterationPasses(const State& state, uint32_t iteration) const override;
+  Active ActiveUnder(const std::shared_ptr<const State>& state) const override;
   bool Decided(const State& state) const override;
   std::string Explain(const State& state) const override;
   // All iterations count: a pilot is no worse than any other film of its variance.

@@ -83,6 +83,14 @@ class Method {
   // `state` is the iteration's own, or an earlier one's: then they are what is expected so far.
   virtual uint64_t IterationPasses(const State& state, uint32_t iteration) const = 0;
 
+  // What renders under a state: the method itself with it; of a method that chooses among others, the one it has chosen
+  // so far with that one's own state. Lives as long as this method.
+  struct Active {
+    const Method* method;
+    std::shared_ptr<const State> state;
+  };
+  virtual Active ActiveUnder(const std::shared_ptr<const State>& state) const { return {this, state}; }
+
   // True where a state has nothing more to learn: the iteration under it is the last.
   virtual bool Decided(const State& state) const { return false; }
   // For the report: what the method chose and left out, and why; empty where there was no choice.

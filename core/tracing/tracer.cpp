@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "core/learning/auto_method.h"
 #include "core/learning/focal_guiding.h"
 #include "core/learning/grid_guiding.h"
 #include "core/learning/path_tracing.h"
@@ -41,10 +40,10 @@ CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job) 
   return compiled;
 }
 
-std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method,
-                                      std::shared_ptr<const State> state) {
-  if (const auto* race = dynamic_cast<const AutoMethod*>(&method))
-    return PrepareTracer(std::move(scene), job, race->ActiveMethod(*state), race->ActiveState(*state));
+std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& job_method,
+                                      std::shared_ptr<const State> job_state) {
+  auto [active, state] = job_method.ActiveUnder(job_state);
+  const Method& method = *active;
   PathSettings settings;
   settings.max_depth = scene->max_depth();
   if (const auto* path = dynamic_cast<const PathMethod*>(&method)) {

@@ -252,6 +252,19 @@ TEST_F(Inspect, WrongOptionsSayWhatToTry) {
   EXPECT_THAT(path.err, HasSubstr("learns nothing"));
 }
 
+// What `auto` chose is what is shown.
+TEST_F(Inspect, AStateOfAuto) {
+  Render({"--method", "auto", "--option", "candidates=sdtree"});
+  const nlohmann::json shown = Json({"--at", "0,0,0.1", "-o", folder_ / "auto"});
+  EXPECT_EQ(shown["method"], "auto (sdtree)");
+  EXPECT_TRUE(shown["state"].contains("spatial")) << shown["state"].dump();
+  EXPECT_TRUE(Pictures(shown).contains("dtree-native"));  // the records of its last training are in the file
+  Render({"--method", "auto", "--option", "candidates=path"});
+  const Ran path = Run({});
+  EXPECT_NE(path.code, 0);
+  EXPECT_THAT(path.err, HasSubstr("'auto (path)' learns nothing"));
+}
+
 // Channels of an EXR by name.
 std::map<std::string, std::vector<float>> Channels(const std::string& path) {
   auto in = OIIO::ImageInput::open(path);

@@ -129,7 +129,7 @@ class Driver {
   }
   const AutoMethod& method() const { return *method_; }
   const State& state() const { return *state_; }
-  std::string active() const { return std::string(method_->ActiveMethod(*state_).name()); }
+  std::string active() const { return std::string(method_->ActiveUnder(state_).method->name()); }
   bool settled() const { return dynamic_cast<const AutoState&>(*state_).parts().settled; }
   uint64_t passes() const { return method_->IterationPasses(*state_, iteration_); }
   // Renders the next iteration, its samples of the given variance; false once the method has decided.
