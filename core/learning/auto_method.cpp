@@ -260,8 +260,14 @@ uint32_t AutoMethod::Winner(const Parts& parts) const {
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
     const PilotResult *result = LastOf(parts.results, c), *leader = LastOf(parts.results, best);
     if (result == nullptr) continue;
-    if (leader == nullptr || CompareEfficiency(*result, *leader).value * Promise(parts, c) > Promise(parts, best))
+    if (leader == nullptr) {
       best = c;
+      continue;
+    }
+    // In doubt for one that still learns: wrongly left out it costs what guiding can gain, wrongly kept a fraction.
+    const EfficiencyRatio ratio = CompareEfficiency(*result, *leader);
+    const double believed = OwnPasses(parts, c) > 0 ? ratio.high : ratio.value;
+    if (believed * Promise(parts, c) > Promise(parts, best)) best = c;
   }
   return best;
 }

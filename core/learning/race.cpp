@@ -6,6 +6,7 @@
 
 #include "core/base/check.h"
 #include "core/film/error_metrics.h"
+#include "core/math/elementary.h"
 
 namespace lodestar {
 namespace {
@@ -127,14 +128,19 @@ EfficiencyRatio CompareEfficiency(const PilotResult& a, const PilotResult& b) {
   LODESTAR_CHECK(a.variances.size() == b.variances.size() && !a.variances.empty());
   const double value = Ratio(a, b);
   const auto n = static_cast<double>(a.variances.size());
-  // Efron and Stein 1981: the jackknife's variance.
+  // Efron and Stein 1981: the jackknife's variance, of the logarithm: what a over b is in doubt of, b over a is as
+  // well. 2 (v - w) / (v + w) stands for log(v / w), which it is near 1, and turns its sign when v and w change places.
   double mean = 0, squares = 0;
   std::vector<double> left_out;
-  for (size_t i = 0; i < a.variances.size(); ++i) left_out.push_back(Ratio(a, b, i));
+  for (size_t i = 0; i < a.variances.size(); ++i) {
+    const double v = Ratio(a, b, i);
+    left_out.push_back(2 * (v - value) / (v + value));
+  }
   for (const double v : left_out) mean += v / n;
   for (const double v : left_out) squares += (v - mean) * (v - mean);
-  const double error = n > 1 ? std::sqrt(squares * (n - 1) / n) : value;
-  return {value, std::max(0.0, value - 1.96 * error), value + 1.96 * error};
+  const double error = n > 1 ? std::sqrt(squares * (n - 1) / n) : 1.0;
+  const auto factor = static_cast<double>(Exp(static_cast<float>(std::min(1.96 * error, 80.0))));
+  return {value, value / factor, value * factor};
 }
 
 double RelativeVariance(const Film& film) {
