@@ -11,9 +11,9 @@
 //   time      of a whole run, learning included, over the first's: medians
 //   rays      over the first's: guided paths are longer
 //   gain      in efficiency, 1 / (MSE * time); "rel": by relMSE
-//   hits      of a guided method's directions drawn at surfaces that are not mirrors, those that meet something that shines, in per cent
-//   invalid   ... that lie below the surface or carry nothing for another reason
-//   mean      of the image over the reference's: 1 but for noise, and for the bias of the grid's -memo samplings
+//   hits      of a guided method's directions drawn at surfaces that are not mirrors, those that meet something that
+//   shines, in per cent invalid   ... that lie below the surface or carry nothing for another reason mean      of the
+//   image over the reference's: 1 but for noise, and for the bias of the grid's -memo samplings
 //   +-        its standard error, the reference's not counted
 #include <time.h>
 

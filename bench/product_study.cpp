@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/study_main.h"
 #include "core/film/error_metrics.h"
 #include "core/learning/sd_tree_guiding.h"
 #include "core/scene/pbrt_parser.h"
@@ -154,10 +155,5 @@ int Run(int argc, char** argv) {
 }  // namespace lodestar
 
 int main(int argc, char** argv) {
-  try {
-    return lodestar::Run(argc, argv);
-  } catch (const lodestar::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 3;
-  }
+  return lodestar::StudyMain(lodestar::Run, argc, argv);
 }

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "bench/study_main.h"
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/path_kernel.h"
 #include "core/tracing/tracer.h"
@@ -133,10 +134,5 @@ int Run(int argc, char** argv) {
 }  // namespace lodestar
 
 int main(int argc, char** argv) {
-  try {
-    return lodestar::Run(argc, argv);
-  } catch (const lodestar::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 3;
-  }
+  return lodestar::StudyMain(lodestar::Run, argc, argv);
 }

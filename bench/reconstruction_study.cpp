@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "bench/studied_method.h"
+#include "bench/study_main.h"
 #include "core/film/error_metrics.h"
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/local_executor.h"
@@ -164,10 +165,5 @@ int Run(int argc, char** argv) {
 }  // namespace lodestar
 
 int main(int argc, char** argv) {
-  try {
-    return lodestar::Run(argc, argv);
-  } catch (const lodestar::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 3;
-  }
+  return lodestar::StudyMain(lodestar::Run, argc, argv);
 }

@@ -29,8 +29,8 @@ struct SdTreeOptions {
   // cross-validation (docs/decisions/0008-reconstruction.md).
   enum class Reconstruction : uint8_t { kNone, kDense, kNative, kDenseUnlimited };
 
-  float spatial_threshold =
-      4000;  // c: a spatial leaf splits above c * sqrt(samples per pixel of the iteration / 4) records; 500 to 20000
+  // c: a spatial leaf splits above c * sqrt(samples per pixel of the iteration / 4) records; 500 to 20000
+  float spatial_threshold = 4000;
   float flux_threshold = 0.01f;    // rho: a directional cell splits above this share of its tree's flux; 0.001 to 1
   int max_directional_depth = 20;  // 1 to 20
   int max_spatial_depth = 48;      // binary levels, 0 to 63: every third halves the same axis

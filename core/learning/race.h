@@ -32,8 +32,8 @@ struct PilotResult {
   uint32_t candidate = 0;
   uint64_t passes = 0;
   double work = 0;  // of a pass, any unit common to the candidates
-  std::vector<double>
-      variances;  // relative variance of a sample, mean of each block; all films of a race have the same blocks
+  // relative variance of a sample, mean of each block; all films of a race have the same blocks
+  std::vector<double> variances;
 
   void Write(ByteWriter& out) const;
   static PilotResult Read(ByteReader& in);

@@ -10,8 +10,8 @@ void FocalGuide::Record(std::span<const PathVertex> vertices, const PixelSample&
   const bool images = field_.options().images;
   Rgb incident;
   float distance = 0;  // to the next hit
-  bool image =
-      false;  // that hit mirrors or refracts almost without blur: where the light seems to come from lies behind it
+  // that hit mirrors or refracts almost without blur: where the light seems to come from lies behind it
+  bool image = false;
   for (size_t i = vertices.size(); i-- > 0;) {
     const PathVertex& vertex = vertices[i];
     incident *= vertex.roulette;

@@ -122,8 +122,8 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
   // its fluence and albedo.
   const bool by_contribution = kGuided && settings_.roulette != Roulette::kThroughput;
   float expected = by_contribution && settings_.roulette == Roulette::kPixel ? pixel : 0;
-  float previous_pdf =
-      0;  // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
+  // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
+  float previous_pdf = 0;
   float previous_nee = 1;  // the share of light samples at the vertex it came from, and the lights that they chose
   LightGroupWeights previous_lights;
   Vec3 previous_p;

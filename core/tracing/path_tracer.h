@@ -56,7 +56,7 @@ class PathTracer final : public Tracer {
   auto Dispatch(bool record, Arguments&&... arguments) const {
     constexpr unsigned kVariants = Guide::kRecords ? kKernelVariants : kEnvironment + 1;
     static constexpr auto kTable = []<unsigned... kF>(std::integer_sequence<unsigned, kF...>) {
-      return std::array{Call::template kFunction < Guide::kRecords ? kF : kF & kEnvironment > ...};
+      return std::array{Call::template kFunction<(Guide::kRecords ? kF : kF & kEnvironment)>...};
     }
     (std::make_integer_sequence<unsigned, kVariants>{});
     const unsigned features =

@@ -5,8 +5,8 @@
 
 For runs without next event estimation: the balls are then found by BSDF sampling alone, about once in a thousand directions each.
 """
-from pbrt_writer import box, define, diffuse, lamp, prologue, sphere, use
-from shapes import room
+from pbrt_writer import lamp, prologue, sphere
+from shapes import box_to_glow_in
 
 BALLS = [  # place, radius, radiance
     ((-0.62, 1.62, -0.55), 0.045, (80, 52, 24)),
@@ -19,15 +19,7 @@ BALLS = [  # place, radius, radiance
 
 def main():
     print(prologue("emissive_cornell", 12, (300, 300), (0, 1, 3.75), (0, 1, 0), 39), end="")
-    print(define({
-        "white": diffuse(0.73, 0.71, 0.68),
-        "red": diffuse(0.63, 0.07, 0.05),
-        "green": diffuse(0.14, 0.45, 0.09),
-        "lamp": diffuse(0, 0, 0),
-    }))
-    print(room((-1, 0, -1), (1, 2, 1), floor="white", ceiling="white", back="white", left="red", right="green"))
-    print(use("white") + box((-0.68, 0, -0.62), (-0.08, 1.2, -0.02), 17, (-0.38, -0.32)))
-    print(box((0.08, 0, 0.0), (0.66, 0.6, 0.58), -18, (0.37, 0.29)))
+    print(box_to_glow_in())
     for place, radius, radiance in BALLS:
         print(lamp(radiance, sphere(*place, radius)))
 

@@ -1,7 +1,7 @@
 """Larger shapes of the scenes: rooms, pierced walls, tubes, tori, discs, and a teapot. Text, as in pbrt_writer."""
 import math
 
-from pbrt_writer import box, lathe, mesh, quad, use
+from pbrt_writer import box, define, diffuse, lathe, mesh, quad, use
 
 
 def room(low, high, **materials):
@@ -21,6 +21,19 @@ def room(low, high, **materials):
         wide, tall = math.dist(a, b), math.dist(a, d)
         text += use(material) + quad(*corners, [(0, 0), (wide, 0), (wide, tall), (0, tall)])
     return text
+
+
+def box_to_glow_in():
+    """A Cornell box of 2 m with two blocks, open to the camera and without a light; its material "lamp" reflects nothing."""
+    text = define({
+        "white": diffuse(0.73, 0.71, 0.68),
+        "red": diffuse(0.63, 0.07, 0.05),
+        "green": diffuse(0.14, 0.45, 0.09),
+        "lamp": diffuse(0, 0, 0),
+    }) + "\n"
+    text += room((-1, 0, -1), (1, 2, 1), floor="white", ceiling="white", back="white", left="red", right="green") + "\n"
+    text += use("white") + box((-0.68, 0, -0.62), (-0.08, 1.2, -0.02), 17, (-0.38, -0.32)) + "\n"
+    return text + box((0.08, 0, 0.0), (0.66, 0.6, 0.58), -18, (0.37, 0.29))
 
 
 def pierced_wall(low, high, opening):

@@ -11,8 +11,8 @@ namespace lodestar {
 namespace {
 
 constexpr int kSeeds = 8, kReferenceSeeds = 32;
-constexpr uint64_t kSpp =
-    47;  // five iterations of training, so that switching reaches its full target, and 16 passes with it
+// five iterations of training, so that switching reaches its full target, and 16 passes with it
+constexpr uint64_t kSpp = 47;
 
 using Options = std::map<std::string, std::string>;
 
