@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/base/check.h"
+#include "core/film/error_metrics.h"
 
 namespace lodestar {
 namespace {
@@ -12,11 +13,24 @@ namespace {
 using Kind = Method::Combination::Kind;
 
 std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films) {
-  // Variance of one pass; infinity where unknown.
+  // What each pixel is expected to have: all passes count alike.
+  std::vector<double> by_passes;
+  uint64_t passes = 0;
+  for (const auto& [iteration, film] : films) passes += film.passes();
+  if (passes == 0) return std::vector<double>(films.size());
+  for (const auto& [iteration, film] : films)
+    by_passes.push_back(static_cast<double>(film.passes()) / static_cast<double>(passes));
+  if (std::ranges::find(by_passes, 1.0) != by_passes.end()) return by_passes;
+  const PixelEstimate expected = EstimatePixels(Combine(films, by_passes));
+
+  // Relative variance of one pass; infinity where unknown.
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
   std::vector<double> per_pass;
-  double best = std::numeric_limits<double>::infinity();
+  double best = kUnknown;
   for (const auto& [iteration, film] : films) {
-    const double v = film.MeanVariance() * static_cast<double>(film.passes());
+    const double v = film.passes() < 2
+                         ? kUnknown
+                         : EstimateError(film.Develop(), expected).relmse_trimmed * static_cast<double>(film.passes());
     per_pass.push_back(v);
     if (v > 0) best = std::min(best, v);
   }

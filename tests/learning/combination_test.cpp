@@ -47,6 +47,25 @@ TEST(Combination, WeightsAreInverseVariances) {
   EXPECT_LT(image.variance[3], 1.0 / 15);  // better than the better of the two
 }
 
+// Two films of equal mean pixel variance, one noisy where the picture is bright, the other where it is dark.
+TEST(Combination, NoiseInTheDarkCountsMore) {
+  const TileGrid grid(4, 4);
+  std::vector<IterationFilm> films;
+  for (const bool noisy_dark : {false, true}) {
+    films.push_back({noisy_dark ? 1u : 0u, Film(grid)});
+    FilmTile tile{0, std::vector<PixelSum>(16)};
+    for (size_t p = 0; p < 16; ++p) {
+      const bool dark = p % 4 < 2;
+      const float mean = dark ? 1 : 100, spread = dark == noisy_dark ? 0.5f : 0.0f;
+      for (uint32_t i = 0; i < 8; ++i) tile.pixels[p].Add(Rgb(mean + (i % 2 == 0 ? spread : -spread)));
+    }
+    films.back().film.Add(grid, tile);
+    films.back().film.AddPasses(8);
+  }
+  const std::vector<double> w = CombinationWeights(films, kInverse);
+  EXPECT_GT(w[0], 2 * w[1]);  // by the absolute variance they would count alike
+}
+
 TEST(Combination, OnlyTheLastFourCount) {
   std::vector<IterationFilm> films;
   for (uint32_t i = 0; i < 6; ++i) films.push_back(FilmOf(i, 8, 1));
