@@ -1,5 +1,8 @@
 #include "coordinator/job_store.h"
 
+#include <boost/asio/post.hpp>
+#include <future>
+
 #include "coordinator/crash_point.h"
 #include "core/base/error.h"
 
@@ -33,11 +36,7 @@ template <class F>
 auto JobStore::Run(F&& f) -> decltype(f()) {
   std::packaged_task<decltype(f())()> task(std::forward<F>(f));
   auto result = task.get_future();
-  {
-    std::lock_guard lock(mutex_);
-    tasks_.emplace_back([&task] { task(); });
-  }
-  wake_.notify_one();
+  boost::asio::post(thread_, [&task] { task(); });
   return result.get();
 }
 
@@ -45,39 +44,10 @@ JobStore::JobStore(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw Error(ErrorKind::kIo, "the store folder " + folder.string() + " cannot be made: " + error.message());
-  thread_ = std::thread([this] {
-    std::unique_lock lock(mutex_);
-    while (true) {
-      wake_.wait(lock, [&] { return ending_ || !tasks_.empty(); });
-      if (tasks_.empty()) return;
-      auto task = std::move(tasks_.front());
-      tasks_.pop_front();
-      lock.unlock();
-      task();
-      lock.lock();
-    }
-  });
-  try {
-    Run([&] { Open(folder / "jobs.sqlite"); });
-  } catch (...) {
-    {
-      std::lock_guard lock(mutex_);
-      ending_ = true;
-    }
-    wake_.notify_one();
-    thread_.join();
-    throw;
-  }
+  Run([&] { Open(folder / "jobs.sqlite"); });
 }
 
-JobStore::~JobStore() {
-  {
-    std::lock_guard lock(mutex_);
-    ending_ = true;
-  }
-  wake_.notify_one();
-  thread_.join();
-}
+JobStore::~JobStore() = default;
 
 void JobStore::Open(const std::filesystem::path& file) {
   database_ = std::make_unique<Database>(file);

@@ -5,14 +5,10 @@
 // Error(kConflict), so that a coordinator that was taken for dead cannot write beside its successor.
 #pragma once
 
-#include <condition_variable>
-#include <deque>
+#include <boost/asio/thread_pool.hpp>
 #include <functional>
-#include <future>
 #include <memory>
-#include <mutex>
 #include <set>
-#include <thread>
 
 #include "coordinator/sqlite.h"
 #include "rpc/work_types.h"
@@ -67,11 +63,7 @@ class JobStore {
 
   std::unique_ptr<Database> database_;
   uint64_t epoch_ = 0;
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  std::deque<std::function<void()>> tasks_;
-  bool ending_ = false;
-  std::thread thread_;
+  boost::asio::thread_pool thread_{1};
 };
 
 }  // namespace lodestar

@@ -1,18 +1,17 @@
 // A few threads for what would block gRPC's own: disk, decoding, merging.
 #pragma once
 
-#include <condition_variable>
-#include <deque>
+#include <atomic>
+#include <boost/asio/thread_pool.hpp>
 #include <functional>
 #include <mutex>
-#include <thread>
-#include <vector>
 
 namespace lodestar {
 
 class WorkPool {
  public:
-  explicit WorkPool(int threads, size_t max_queued = 4096);
+  explicit WorkPool(int threads, size_t max_queued = 4096)
+      : max_queued_(max_queued), threads_(static_cast<size_t>(threads)) {}
   ~WorkPool() { Drain(); }
   // Finishes what is queued; nothing is taken any more.
   void Drain();
@@ -20,12 +19,11 @@ class WorkPool {
   bool Post(std::function<void()> task);
 
  private:
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  std::deque<std::function<void()>> tasks_;
   const size_t max_queued_;
+  std::atomic<size_t> queued_ = 0;
+  std::mutex mutex_;  // nothing is posted once the threads are joined
   bool ending_ = false;
-  std::vector<std::thread> threads_;
+  boost::asio::thread_pool threads_;
 };
 
 }  // namespace lodestar
