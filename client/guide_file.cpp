@@ -39,9 +39,7 @@ GuideFile GuideFile::Parse(std::string_view bytes, const std::string& name) {
   file.survey = Survey::Parse(in.GetString());
   file.iterations = in.Get<uint32_t>();
   file.state = in.GetString();
-  const auto has_training = in.Get<uint8_t>();
-  if (has_training > 1) in.Fail("has a flag that is neither 0 nor 1");
-  if (has_training) {
+  if (in.GetFlag()) {
     file.training.emplace();
     file.training->state = in.GetString();
     file.training->statistics = in.GetString();

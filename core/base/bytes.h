@@ -58,6 +58,11 @@ class ByteReader {
     std::memcpy(&value, Need(sizeof(T)), sizeof(T));
     return value;
   }
+  bool GetFlag() {
+    const auto flag = Get<uint8_t>();
+    if (flag > 1) Fail("has a flag that is neither set nor clear");
+    return flag == 1;
+  }
   std::string GetString() {
     const auto size = GetSize(1);
     return std::string(Need(size), size);

@@ -48,14 +48,14 @@ FocalOptions FocalOptions::Read(ByteReader& in) {
   options.initial_iterations = in.Get<int32_t>();
   options.narrowing_iterations = in.Get<int32_t>();
   options.narrow_factor = in.Get<float>();
-  options.by_mixture = GetFlag(in);
+  options.by_mixture = in.GetFlag();
   options.split_threshold = in.Get<float>();
   options.prune_ratio = in.Get<float>();
   options.decay = in.Get<float>();
-  options.images = GetFlag(in);
-  options.diverging = GetFlag(in);
+  options.images = in.GetFlag();
+  options.diverging = in.GetFlag();
   options.bsdf_fraction = in.Get<float>();
-  options.learn_fraction = GetFlag(in);
+  options.learn_fraction = in.GetFlag();
   options.max_nodes = in.Get<uint32_t>();
   return Validated(options, in);
 }

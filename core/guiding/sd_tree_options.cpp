@@ -89,7 +89,7 @@ SdTreeOptions SdTreeOptions::Read(ByteReader& in) {
   options.target = in.Get<Target>();
   options.reconstruction = in.Get<Reconstruction>();
   options.dense_sigma = in.Get<float>();
-  options.learn_nee = GetFlag(in);
+  options.learn_nee = in.GetFlag();
   options.min_records = in.Get<float>();
   options.max_nodes = in.Get<uint64_t>();
   return Validated(options, in);

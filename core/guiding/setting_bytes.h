@@ -10,12 +10,6 @@ inline void RequireSetting(bool holds, const char* guide, const char* what) {
   if (!holds) throw Error(ErrorKind::kInvalidInput, std::string(guide) + " setting out of range: " + what);
 }
 
-inline bool GetFlag(ByteReader& in) {
-  const auto flag = in.Get<uint8_t>();
-  if (flag > 1) in.Fail("has a flag that is neither set nor clear");
-  return flag == 1;
-}
-
 template <class Options>
 Options Validated(const Options& options, const ByteReader& in) {
   try {

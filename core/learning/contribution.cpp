@@ -93,9 +93,7 @@ Contribution ParseContribution(const Method& method, const std::shared_ptr<const
   contribution.paths = in.Get<uint64_t>();
   contribution.rays = in.Get<uint64_t>();
   contribution.vertices = in.Get<uint64_t>();
-  const auto recorded = in.Get<uint8_t>();
-  if (recorded > 1) in.Fail("has a malformed statistics flag");
-  if (recorded != 0) {
+  if (in.GetFlag()) {
     if (!round.record) in.Fail("carries statistics, but nothing is learned from its round");
     contribution.statistics = method.ParseStatistics(state, in.GetString());
   }

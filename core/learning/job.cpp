@@ -75,9 +75,7 @@ JobSpec JobSpec::Parse(std::string_view bytes) {
   job.filter = in.GetString();
   job.max_depth = in.Get<int32_t>();
   job.training_iterations = in.Get<int32_t>();
-  const auto lenient = in.Get<uint8_t>();
-  if (lenient > 1) in.Fail("has a malformed flag");
-  job.lenient = lenient != 0;
+  job.lenient = in.GetFlag();
   in.ExpectEnd();
   return job;
 }

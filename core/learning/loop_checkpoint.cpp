@@ -21,12 +21,6 @@ void WritePoint(ByteWriter& out, const ErrorPoint& point) {
   for (const double value : {m.rmse, m.mse, m.mae, m.relmse, m.relmse_trimmed}) out.Put(value);
 }
 
-bool ReadFlag(ByteReader& in) {
-  const auto flag = in.Get<uint8_t>();
-  if (flag > 1) in.Fail("has a malformed flag");
-  return flag != 0;
-}
-
 double ReadSeconds(ByteReader& in) {
   const auto value = in.Get<double>();
   if (!(value >= 0) || !std::isfinite(value)) in.Fail("has a time that is not a number");
@@ -39,7 +33,7 @@ ErrorPoint ReadPoint(ByteReader& in) {
   point.spp = in.Get<uint64_t>();
   point.iteration = in.Get<uint32_t>();
   point.relmse_estimated = in.Get<double>();
-  if (ReadFlag(in)) {
+  if (in.GetFlag()) {
     ErrorMetrics m;
     for (double* value : {&m.rmse, &m.mse, &m.mae, &m.relmse, &m.relmse_trimmed}) *value = in.Get<double>();
     point.against_reference = m;
@@ -77,7 +71,7 @@ class LoopCheckpoint {
     ReadPosition(in, loop.get());
     ReadFilms(in, loop.get());
     loop->learned_.reset();
-    if (ReadFlag(in)) loop->learned_ = loop->method_->ParseStatistics(loop->state_, in.GetString());
+    if (in.GetFlag()) loop->learned_ = loop->method_->ParseStatistics(loop->state_, in.GetString());
     ReadReport(in, &loop->report_);
     in.ExpectEnd();
     return loop;
@@ -107,7 +101,7 @@ class LoopCheckpoint {
     loop->rays_before_ = in.Get<uint64_t>();
     loop->vertices_before_ = in.Get<uint64_t>();
     for (bool* flag : {&loop->final_iteration_, &loop->iteration_complete_, &loop->next_is_final_, &loop->finished_})
-      *flag = ReadFlag(in);
+      *flag = in.GetFlag();
     for (double* value : {&loop->seconds_, &loop->seconds_learning_, &loop->iteration_seconds_,
                           &loop->last_advance_seconds_, &loop->previous_prediction_}) {
       *value = ReadSeconds(in);
