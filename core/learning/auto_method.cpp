@@ -38,6 +38,13 @@ constexpr Racer kRacers[] = {
        return std::make_unique<SdTreeMethod>(job, survey);
      },
      3.2, 2, 3, 0},
+    {"product",
+     [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
+       JobSpec with_product = job;
+       with_product.options["product"] = "on";
+       return std::make_unique<SdTreeMethod>(with_product, survey);
+     },
+     5.5, 2, 3, 0},
     {"grid",
      [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
        return std::make_unique<GridMethod>(job, survey);
@@ -92,8 +99,9 @@ Bytes AutoState::Serialize() const {
 MethodEntry AutoMethod::Entry() {
   return {"auto",
           "measures which method renders the image most efficiently, and goes on with it",
-          {{"candidates", "path,sdtree,grid,focal or a subset, separated by commas", "path,sdtree,focal",
-            "the methods that race; focal only where path tracing hardly finds the light. Recommended: the default"},
+          {{"candidates", "path,sdtree,product,grid,focal or a subset, separated by commas", "path,sdtree,focal",
+            "the methods that race; product is sdtree with product=on, focal is tried only where path tracing hardly "
+            "finds the light. Recommended: the default"},
            {"pilot", "an integer from 1000 to 1e9", "524288",
             "paths in the pilot of path tracing; methods that learn have three times as many, and at least what they "
             "cannot show anything without"}}};
@@ -118,7 +126,7 @@ AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
     if (count == 0) continue;
     const uint64_t passes = std::max<uint64_t>(2, (racer.pilot_paths * paths + pixels - 1) / pixels);
     candidates_.push_back(
-        {racer.make(own, survey), racer.vertex_work, racer.pilot_iterations, passes, racer.worth_above});
+        {racer.name, racer.make(own, survey), racer.vertex_work, racer.pilot_iterations, passes, racer.worth_above});
   }
   if (candidates_.size() != names.size()) given.Refuse("candidates");
 }
@@ -288,13 +296,13 @@ void AutoMethod::Decide(Parts* parts) const {
 
 std::string AutoMethod::Explain(const State& state) const {
   const Parts& parts = PartsOf(state);
-  const std::string chosen(candidates_[parts.active].method->name());
+  const std::string chosen = candidates_[parts.active].name;
   if (parts.results.empty()) return chosen + ": the budget ended before anything could be measured";
   std::string text = chosen;
   const PilotResult* own = LastOf(parts.results, parts.active);
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
     if (c == parts.active) continue;
-    const std::string name(candidates_[c].method->name());
+    const std::string name = candidates_[c].name;
     const PilotResult* other = LastOf(parts.results, c);
     if (own == nullptr || other == nullptr) {
       const bool tried = parts.entrants[c].iterations > 0;
@@ -304,11 +312,12 @@ std::string AutoMethod::Explain(const State& state) const {
       continue;
     }
     const EfficiencyRatio ratio = CompareEfficiency(*own, *other);
-    char line[200];
-    std::snprintf(line, sizeof line,
-                  "; %s left out: %s was %.2f times as efficient (95 %%: %.2f to %.2f; %llu against %llu passes)",
-                  name.c_str(), chosen.c_str(), ratio.value, ratio.low, ratio.high,
-                  static_cast<unsigned long long>(own->passes), static_cast<unsigned long long>(other->passes));
+    // Who leads by promise or by doubt alone is on probation, and the other waits for its chance.
+    text += "; " + name + (ratio.value < 1 ? " waits: " + chosen + ", which still learns," : " left out: " + chosen);
+    char line[160];
+    std::snprintf(line, sizeof line, " was %.2f times as efficient (95 %%: %.2f to %.2f; %llu against %llu passes)",
+                  ratio.value, ratio.low, ratio.high, static_cast<unsigned long long>(own->passes),
+                  static_cast<unsigned long long>(other->passes));
     text += line;
   }
   return text;
@@ -318,14 +327,12 @@ std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) cons
   ByteReader in(OpenSealed(bytes, kMagic, kVersion, kWhat), kWhat);
   Parts parts;
   parts.active = in.Get<uint32_t>();
-  const auto settled = in.Get<uint8_t>();
+  parts.settled = in.GetFlag();
   const auto count = in.Get<uint32_t>();
-  if (count != candidates_.size() || parts.active >= count || settled > 1) in.Fail("has other candidates than its job");
-  parts.settled = settled != 0;
+  if (count != candidates_.size() || parts.active >= count) in.Fail("has other candidates than its job");
   for (const Candidate& candidate : candidates_) {
     AutoState::Entrant entrant;
-    const auto present = in.Get<uint8_t>();
-    if (present > 1) in.Fail("has a malformed flag");
+    const bool present = in.GetFlag();
     if (present) entrant.state = candidate.method->ParseState(in.GetString());
     entrant.iterations = in.Get<uint32_t>();
     entrant.passes = in.Get<uint64_t>();

@@ -67,6 +67,7 @@ class AutoMethod final : public Method {
 
  private:
   struct Candidate {
+    const char* name;
     std::unique_ptr<Method> method;
     double vertex_work;         // of shading a vertex, in rays
     uint32_t pilot_iterations;  // its pilot has at least so many ...
