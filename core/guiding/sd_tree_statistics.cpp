@@ -101,13 +101,15 @@ uint32_t SdTreeStatistics::FilteredLeaf(const SdTreeRecord& r, Vec3 u) const {
   if (tree_->options().spatial_filter == SpatialFilter::kNearest) return r.leaf;
   SpatialTree::Coordinates at = tree_->spatial().ToCoordinates(r.position);
   const SpatialTree::Cell& cell = tree_->spatial().cell(r.leaf);
+  bool stays = true;
   for (int axis = 0; axis < 3; ++axis) {
     const int32_t size = static_cast<int32_t>(cell.Size(axis));
     const int32_t moved =
         static_cast<int32_t>(at[axis]) + static_cast<int32_t>(u[axis] * static_cast<float>(size)) - size / 2;
     at[axis] = static_cast<uint32_t>(std::clamp(moved, 0, (1 << SpatialTree::kBits) - 1));
+    stays &= at[axis] - cell.lower[axis] < static_cast<uint32_t>(size);
   }
-  return tree_->spatial().LeafAt(at);
+  return stays ? r.leaf : tree_->spatial().LeafAt(at);
 }
 
 void SdTreeStatistics::AddBox(const SdTreeRecord& r, const Pending& pending) {
