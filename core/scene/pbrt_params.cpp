@@ -58,6 +58,7 @@ PbrtParam ReadDeclaration(const Token& token) {
   if (param.type == "point") param.type = "point3";
   if (param.type == "vector") param.type = "vector3";
   if (param.type == "normal3") param.type = "normal";
+  if (param.type == "rgbs") param.type = "rgb";
   if (std::find(std::begin(kTypes), std::end(kTypes), param.type) == std::end(kTypes))
     FailAt(param.where, ErrorKind::kInvalidInput,
            "unknown parameter type " + Quoted(param.type) + "; pbrt-v4 has " + List(kTypes));

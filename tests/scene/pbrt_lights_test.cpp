@@ -21,6 +21,7 @@ TEST(PbrtLights, AreaLight) {
   EXPECT_EQ(plain.power, 0);
   EXPECT_EQ(plain.where.ToString(), "s.pbrt:2:1");
   EXPECT_EQ(Area("\"rgb L\" [1 2 3] \"float scale\" 2").radiance, Rgb(2, 4, 6));
+  EXPECT_EQ(Area("\"rgbs L\" [1 2 3]").radiance, Rgb(1, 2, 3));
   EXPECT_TRUE(Area("\"bool twosided\" true").two_sided);
   EXPECT_EQ(Area("\"float power\" 100").power, 100);
   EXPECT_EQ(Area("\"float power\" 100 \"float scale\" .5").power, 50);
