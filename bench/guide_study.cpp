@@ -12,11 +12,10 @@
 //   rays      over the first's: guided paths are longer
 //   gain      in efficiency, 1 / (MSE * time); "rel": by relMSE
 //   hits      of a guided method's directions drawn at surfaces that are not mirrors, those that meet something that
-//   shines, in per cent invalid   ... that lie below the surface or carry nothing for another reason mean      of the
-//   image over the reference's: 1 but for noise, and for the bias of the grid's -memo samplings
+//             shines, in per cent
+//   invalid   those that lie below the surface or carry nothing for another reason, in per cent
+//   mean      of the image over the reference's: 1 but for noise, and for the bias of the grid's -memo samplings
 //   +-        its standard error, the reference's not counted
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -24,6 +23,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/study_main.h"
 #include "core/film/error_metrics.h"
 #include "core/image/image.h"
 #include "core/learning/loop.h"
@@ -46,12 +46,6 @@ struct Variant {
   std::shared_ptr<const State> state;  // of the last seed
   double rays = 0;
 };
-
-double CpuSeconds() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 Variant MakeVariant(const std::string& text, const JobSpec& common) {
   Variant v;
@@ -196,7 +190,11 @@ Image Reference(const CompiledJob& compiled, const JobSpec& common, const char* 
   return {common.resolution_x, common.resolution_y, ReadImage(text).pixels, {}};
 }
 
-void Main(int argc, char** argv) {
+int Run(int argc, char** argv) {
+  if (argc < 9) {
+    std::fprintf(stderr, "usage: guide_study SCENE.pbrt WIDTH HEIGHT DEPTH SPP SEEDS REFERENCE VARIANT...\n");
+    return 2;
+  }
   JobSpec common;
   common.resolution_x = static_cast<uint32_t>(std::atoi(argv[2]));
   common.resolution_y = static_cast<uint32_t>(std::atoi(argv[3]));
@@ -226,21 +224,12 @@ void Main(int argc, char** argv) {
               common.resolution_y, compiled.survey.max_depth, argv[5], seeds, Sum(variants[0].mse) / seeds,
               Median(variants[0].seconds));
   Print(compiled, variants);
+  return 0;
 }
 
 }  // namespace
 }  // namespace lodestar
 
 int main(int argc, char** argv) {
-  if (argc < 9) {
-    std::fprintf(stderr, "usage: guide_study SCENE.pbrt WIDTH HEIGHT DEPTH SPP SEEDS REFERENCE VARIANT...\n");
-    return 1;
-  }
-  try {
-    lodestar::Main(argc, argv);
-  } catch (const lodestar::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-  }
-  return 0;
+  return lodestar::StudyMain(lodestar::Run, argc, argv);
 }

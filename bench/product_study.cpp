@@ -5,11 +5,9 @@
 //
 // papers: the 2019 settings without next event estimation, as in the document; defaults: ours, with it. L1 is against a
 // reference by our defaults, rendered first, relMSE is estimated from the pixels' variances; both at SPP samples a
-// pixel, training included. CPU is user time of one thread, learning included, the least over the seeds. The time to
+// pixel, training included. CPU is time of one thread, learning included, the least over the seeds. The time to
 // equal L1 changes by the square of the ratio of L1 times that of the CPU time. Ratios are of means over the seeds;
 // "+-" is the standard deviation of the ratios of single seeds.
-#include <sys/resource.h>
-
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -28,12 +26,6 @@ namespace {
 
 using Options = std::map<std::string, std::string>;
 
-double UserSeconds() {
-  rusage usage;
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_utime.tv_sec) + static_cast<double>(usage.ru_utime.tv_usec) * 1e-6;
-}
-
 struct Outcome {
   Image image;
   double cpu = 0, rays_per_path = 0;
@@ -45,10 +37,10 @@ Outcome Render(const CompiledJob& compiled, JobSpec job, const Options& options,
   job.budget.spp = spp;
   Loop loop(job, compiled.survey);
   LocalExecutor executor(compiled.scene, job, loop.method(), 1);
-  const double start = UserSeconds();
+  const double start = CpuSeconds();
   loop.Run(executor, {}, {});
   Outcome outcome;
-  outcome.cpu = (UserSeconds() - start) / static_cast<double>(spp);
+  outcome.cpu = (CpuSeconds() - start) / static_cast<double>(spp);
   outcome.image = loop.Develop();
   const JobReport report = loop.Report();
   outcome.rays_per_path = static_cast<double>(report.rays) / static_cast<double>(report.paths);

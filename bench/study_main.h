@@ -1,5 +1,8 @@
-// How a study ends: with what its run returned, or with the message of what it was given wrong.
+// What studies share: how they end, with what their run returned or with the message of what it was given wrong, and
+// their clock.
 #pragma once
+
+#include <time.h>
 
 #include <cstdio>
 
@@ -14,6 +17,13 @@ inline int StudyMain(int (*run)(int argc, char** argv), int argc, char** argv) {
     std::fprintf(stderr, "%s\n", error.what());
     return 3;
   }
+}
+
+// Of this process, all threads, system time included.
+inline double CpuSeconds() {
+  timespec now;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 }  // namespace lodestar
