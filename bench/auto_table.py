@@ -56,7 +56,7 @@ def measure_what_missed_light(lodestar, results):
             result["error"] = max(result["error"], json.loads(done.stdout)["relmse_trimmed"])
 
 
-def row(name, results, by_time):
+def row(name, results, by_time, methods):
     def efficiency(result):
         return 1 / max(1e-30, result["error"] * (result["seconds"] if by_time else 1))
 
@@ -65,11 +65,11 @@ def row(name, results, by_time):
             return "refused"
         return f"{result['error']:.3g}{'*' if result['missed'] else ''} ({result['spp']:.0f})"
 
-    forced = {m: results[m] for m in FORCED if results.get(m)}
+    forced = {m: results[m] for m in methods if results.get(m)}
     best = max(forced, key=lambda m: efficiency(forced[m]))
     auto = results["auto"]
     share = f"{efficiency(auto) / efficiency(forced[best]):.2f}" if auto else "-"
-    return [name] + [cell(results.get(m)) for m in FORCED + ["auto"]] + [best, share, auto["choice"] if auto else "-"]
+    return [name] + [cell(results.get(m)) for m in methods + ["auto"]] + [best, share, auto["choice"] if auto else "-"]
 
 
 def main():
@@ -78,19 +78,21 @@ def main():
     parser.add_argument("scenes", nargs="+")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--resolution", help="WxH [each scene's own]")
+    parser.add_argument("--methods", default=",".join(FORCED), help="the forced ones [%(default)s]")
     parser.add_argument("--output", default="out/auto-table", help="folder for what compare writes")
     parser.add_argument("--lodestar", default=str(ROOT / "build/release/bin/lodestar"))
     arguments = parser.parse_args()
-    print("| scene | " + " | ".join(FORCED + ["auto"]) + " | best forced | auto to best | auto chose |")
-    print("| --- |" + " ---: |" * (len(FORCED) + 1) + " --- | ---: | --- |", flush=True)
+    forced = arguments.methods.split(",")
+    print("| scene | " + " | ".join(forced + ["auto"]) + " | best forced | auto to best | auto chose |")
+    print("| --- |" + " ---: |" * (len(forced) + 1) + " --- | ---: | --- |", flush=True)
     for scene in arguments.scenes:
         name = pathlib.Path(scene).stem
-        results = {m: run(arguments, scene, m, pathlib.Path(arguments.output) / name / m) for m in FORCED + ["auto"]}
-        if not any(results.get(m) for m in FORCED):
+        results = {m: run(arguments, scene, m, pathlib.Path(arguments.output) / name / m) for m in forced + ["auto"]}
+        if not any(results.get(m) for m in forced):
             print(f"| {name} | refused |", flush=True)
             continue
         measure_what_missed_light(arguments.lodestar, results)
-        print("| " + " | ".join(row(name, results, arguments.budget.endswith(("s", "m")))) + " |", flush=True)
+        print("| " + " | ".join(row(name, results, arguments.budget.endswith(("s", "m")), forced)) + " |", flush=True)
 
 
 if __name__ == "__main__":

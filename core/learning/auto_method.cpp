@@ -37,25 +37,25 @@ constexpr Racer kRacers[] = {
      [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
        return std::make_unique<SdTreeMethod>(job, survey);
      },
-     3.2, 2, 3, 0},
+     2.5, 2, 3, 0},
     {"product",
      [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
        JobSpec with_product = job;
        with_product.options["product"] = "on";
        return std::make_unique<SdTreeMethod>(with_product, survey);
      },
-     5.5, 2, 3, 0},
+     4.4, 2, 3, 0},
     {"grid",
      [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
        return std::make_unique<GridMethod>(job, survey);
      },
-     3.1, 2, 3, 0},
+     2.4, 2, 3, 0},
     // Pays where hardly a sample in a thousand meets the light (docs/decisions/0010-focal-guiding.md).
     {"focal",
      [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
        return std::make_unique<FocalMethod>(job, survey);
      },
-     4.5, 6, 3, 1000},
+     3.4, 6, 3, 1000},
 };
 
 const AutoState::Parts& PartsOf(const State& state) {
