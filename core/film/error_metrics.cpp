@@ -84,19 +84,6 @@ std::vector<double> SmoothedLuminance(const Image& image) {
   return smoothed;
 }
 
-template <class Float>
-EstimatedError EstimateFrom(const Image& image, const std::vector<Float>& luminance) {
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  if (image.pixels.empty() || image.variance.size() != image.pixels.size()) return {kUnknown, kUnknown};
-  LODESTAR_CHECK(luminance.size() == image.pixels.size());
-  std::vector<double> relative(image.pixels.size());
-  for (size_t i = 0; i < relative.size(); ++i) {
-    const double expected = luminance[i];
-    relative[i] = image.variance[i] / (expected * expected + kRelMseEpsilon);
-  }
-  return {Mean(relative), TrimmedMean(relative)};
-}
-
 }  // namespace
 
 ErrorMetrics Compare(const Image& image, const Image& reference) {
@@ -122,11 +109,13 @@ ErrorMetrics Compare(const Image& image, const Image& reference) {
 }
 
 EstimatedError EstimateError(const Image& image) {
-  return EstimateFrom(image, SmoothedLuminance(image));
-}
-
-EstimatedError EstimateError(const Image& image, const PixelEstimate& expected) {
-  return EstimateFrom(image, expected.luminance);
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  if (image.pixels.empty() || image.variance.size() != image.pixels.size()) return {kUnknown, kUnknown};
+  const std::vector<double> luminance = SmoothedLuminance(image);
+  std::vector<double> relative(image.pixels.size());
+  for (size_t i = 0; i < relative.size(); ++i)
+    relative[i] = image.variance[i] / (luminance[i] * luminance[i] + kRelMseEpsilon);
+  return {Mean(relative), TrimmedMean(relative)};
 }
 
 std::vector<float> RelativeLuminanceError(const Image& image, const Image& reference) {

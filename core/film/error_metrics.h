@@ -3,7 +3,6 @@
 #pragma once
 
 #include "core/film/film.h"
-#include "core/film/pixel_estimate.h"
 
 namespace lodestar {
 
@@ -24,8 +23,6 @@ struct EstimatedError {
   double relmse = 0, relmse_trimmed = 0;
 };
 EstimatedError EstimateError(const Image& image);
-// The same with the luminance that is expected of each pixel, where that is known better than from this image.
-EstimatedError EstimateError(const Image& image, const PixelEstimate& expected);
 // Relative luminance error per pixel, (lum x - lum r) / (lum r + eps); for the false-colour map of Lukac 2011.
 std::vector<float> RelativeLuminanceError(const Image& image, const Image& reference);
 // A perceptual diverging colour map for that error, +-limit at the ends (blue below, orange above, nearly white at 0,

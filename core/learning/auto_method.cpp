@@ -315,7 +315,7 @@ std::string AutoMethod::Explain(const State& state) const {
     // Who leads by promise or by doubt alone is on probation, and the other waits for its chance.
     text += "; " + name + (ratio.value < 1 ? " waits: " + chosen + ", which still learns," : " left out: " + chosen);
     char line[160];
-    std::snprintf(line, sizeof line, " was %.2f times as efficient (95 %%: %.2f to %.2f; %llu against %llu passes)",
+    std::snprintf(line, sizeof line, " was %.3g times as efficient (95 %%: %.3g to %.3g; %llu against %llu passes)",
                   ratio.value, ratio.low, ratio.high, static_cast<unsigned long long>(own->passes),
                   static_cast<unsigned long long>(other->passes));
     text += line;

@@ -6,11 +6,44 @@
 
 #include "core/base/check.h"
 #include "core/film/error_metrics.h"
+#include "core/film/pixel_estimate.h"
 
 namespace lodestar {
 namespace {
 
 using Kind = Method::Combination::Kind;
+
+// Variance of a pass relative to what the pixels are expected to have, mean over the pixels; the worst left out, as in
+// reports, unless they hold more than kOutliersLight of the film's light: then they are not outliers but what there is,
+// and relative to the mean of all pixels, since what is expected of them is mostly themselves.
+double RelativeVariance(const Film& film, const PixelEstimate& expected) {
+  constexpr double kOutliersLight = 0.25;
+  if (film.passes() < 2) return std::numeric_limits<double>::infinity();
+  const Image image = film.Develop();
+  std::vector<double> relative(image.size());
+  for (size_t i = 0; i < image.size(); ++i) {
+    const double mean = expected.luminance[i];
+    relative[i] = image.variance[i] / (mean * mean + kRelMseEpsilon);
+  }
+  std::vector<double> sorted = relative;
+  const auto left_out = static_cast<size_t>(static_cast<double>(sorted.size()) * kTrimmedFraction);
+  const auto last = sorted.end() - static_cast<std::ptrdiff_t>(left_out + 1);
+  std::nth_element(sorted.begin(), last, sorted.end());
+  double kept = 0, outliers = 0, kept_light = 0, outliers_light = 0, mean = 0;
+  for (size_t i = 0; i < image.size(); ++i) {
+    const bool outlier = relative[i] > *last;
+    if (outlier) {
+      outliers += image.variance[i];
+    } else {
+      kept += relative[i];
+    }
+    (outlier ? outliers_light : kept_light) += Luminance(image.pixels[i]);
+    mean += expected.luminance[i] / static_cast<double>(image.size());
+  }
+  outliers /= mean * mean + kRelMseEpsilon;
+  const bool trimmed = outliers_light <= kOutliersLight * (kept_light + outliers_light);
+  return (trimmed ? kept : kept + outliers) / static_cast<double>(image.size()) * static_cast<double>(film.passes());
+}
 
 std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films) {
   // What each pixel is expected to have: all passes count alike.
@@ -23,14 +56,10 @@ std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films)
   if (std::ranges::find(by_passes, 1.0) != by_passes.end()) return by_passes;
   const PixelEstimate expected = EstimatePixels(Combine(films, by_passes));
 
-  // Relative variance of one pass; infinity where unknown.
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
   std::vector<double> per_pass;
-  double best = kUnknown;
+  double best = std::numeric_limits<double>::infinity();
   for (const auto& [iteration, film] : films) {
-    const double v = film.passes() < 2
-                         ? kUnknown
-                         : EstimateError(film.Develop(), expected).relmse_trimmed * static_cast<double>(film.passes());
+    const double v = RelativeVariance(film, expected);
     per_pass.push_back(v);
     if (v > 0) best = std::min(best, v);
   }

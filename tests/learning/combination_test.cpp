@@ -82,6 +82,24 @@ TEST(Combination, ZeroVarianceDoesNotOwnTheImage) {
   EXPECT_NEAR(w[0], 2.0 / 32, 1e-9);  // as good per pass as the other, not infinitely good
 }
 
+// All of its light in the few pixels that reports leave out: without them it would be free of noise.
+TEST(Combination, OutliersThatHoldTheLightCount) {
+  const TileGrid grid(48, 48);
+  std::vector<IterationFilm> films = {{0, Film(grid)}, {1, Film(grid)}};
+  for (uint32_t unit = 0; unit < grid.tile_count(); ++unit) {
+    FilmTile tile{unit, std::vector<PixelSum>(grid.Rect(unit).pixels())};
+    if (unit == 0) tile.pixels[3].Add(Rgb(20000));
+    films[0].film.Add(grid, tile);
+    for (PixelSum& pixel : tile.pixels) {
+      pixel = {};
+      for (int i = 0; i < 10; ++i) pixel.Add(Rgb(i % 2 == 0 ? 2.0f : 0.0f));
+    }
+    films[1].film.Add(grid, tile);
+  }
+  for (IterationFilm& film : films) film.film.AddPasses(10);
+  EXPECT_LT(CombinationWeights(films, kInverse)[0], 0.1);
+}
+
 TEST(Combination, ABlackSceneIsWeightedByPasses) {
   std::vector<IterationFilm> films;
   films.push_back(FilmOf(0, 4, 0, 0));
