@@ -18,7 +18,7 @@ ComparisonRun RunOf(const std::string& label, uint64_t seed, double error, doubl
   run.seed = seed;
   run.report.seconds = seconds;
   run.report.passes = 8;
-  run.report.points.push_back({.seconds = seconds, .spp = 8, .relmse_estimated = 9});
+  run.report.points.push_back({.seconds = seconds, .spp = 8, .relmse_estimated = 9, .against_reference = {}});
   run.metrics = ErrorMetrics{1, 2, 3, 4, error};
   run.picture = FileLabel(label) + ".png";
   run.map = FileLabel(label) + "-map.png";

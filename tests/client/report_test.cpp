@@ -26,7 +26,8 @@ JobReport Sample() {
   report.seconds = 2;
   report.rays = 1000;
   report.stop_reason = "spp";
-  report.points.push_back({.seconds = 0.5, .spp = 3, .iteration = 1, .relmse_estimated = 0.25});
+  report.points.push_back(
+      {.seconds = 0.5, .spp = 3, .iteration = 1, .relmse_estimated = 0.25, .against_reference = {}});
   report.points.push_back({.seconds = 2,
                            .spp = 31,
                            .iteration = 4,

@@ -124,10 +124,11 @@ TEST(GuidedMatrixTest, AMeanThatIsFivePercentOffIsSeen) {
 }
 
 TEST(GuidedMatrixTest, ProductsOfOtherTargetsAreRefusedWithTheReason) {
+  Survey survey;
+  survey.resolution_x = survey.resolution_y = 16;
   for (const char* target : {"simple", "full", "switching"}) {
     try {
-      MakeMethod(SmallJob("sdtree", {{"product", "on"}, {"target", target}}),
-                 Survey{.resolution_x = 16, .resolution_y = 16});
+      MakeMethod(SmallJob("sdtree", {{"product", "on"}, {"target", target}}), survey);
       FAIL() << target;
     } catch (const Error& error) {
       EXPECT_NE(std::string(error.what()).find("twice"), std::string::npos) << error.what();
