@@ -36,6 +36,20 @@ void AddFarmOption(CLI::App& app, FarmAddress& farm) {
       ->capture_default_str();
 }
 
+void AddStateOption(CLI::App& app, FollowOptions& options) {
+  app.add_option("--state", options.state,
+                 "With -o: save what was learned as well, for `lodestar inspect --guide FILE`; not with methods that "
+                 "learn nothing")
+      ->type_name("FILE");
+}
+
+void PrepareDelivery(const FollowOptions& options) {
+  if (!options.state.empty() && options.output.empty())
+    throw Error(ErrorKind::kInvalidInput, "--state needs -o: what was learned is fetched with the image");
+  if (!options.output.empty()) PrepareFolder(OutputPaths::For(options.output).image);
+  if (!options.state.empty()) PrepareFolder(options.state);
+}
+
 void ThrowFarmError(const Error& error) {
   if (dynamic_cast<const UnreachableError*>(&error)) {
     throw CommandError(ExitCode::kFarmUnreachable,
@@ -113,6 +127,10 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
     const Json metrics = MetricsToJson(Compare(image, reference));
     report["reference"] = metrics;
     if (report["points"].is_array() && !report["points"].empty()) report["points"].back()["reference"] = metrics;
+  }
+  if (!options.state.empty()) {
+    WriteText(options.state, OnFarm([&] { return farm.GetGuide(status.id); }).Serialize());
+    report["files"]["state"] = options.state;
   }
   report["files"] = DeliverRender(OutputPaths::For(options.output), image, report, status.method);
   return report;

@@ -39,9 +39,15 @@ std::string StatusLine(const JobStatus& status);
 struct FollowOptions {
   std::string output;     // image to write when the job ends or is interrupted; "": none
   std::string reference;  // measure the final image against this; "": none
+  std::string state;      // with output: what was learned goes here; "": nowhere
   std::string scene_path, command_line;
   bool json = false, quiet = false;
 };
+// --state of the commands that fetch a job's image.
+void AddStateOption(CLI::App& app, FollowOptions& options);
+// Makes the folders of what will be written; refuses --state without an image. Throws Error.
+void PrepareDelivery(const FollowOptions& options);
+
 // Shows progress until the job ends or Ctrl-C (which leaves the job running), then delivers its files. kJobFailed for a
 // failed or cancelled job.
 ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& options);

@@ -7,10 +7,10 @@
 #include <optional>
 
 #include "client/guide_canvas.h"
-#include "client/guide_file.h"
 #include "core/guiding/focal_field.h"
 #include "core/guiding/product_lobes.h"
 #include "core/learning/grid_guiding.h"
+#include "core/learning/guide_file.h"
 #include "core/learning/sd_tree_guiding.h"
 #include "core/tracing/feature_pass.h"
 

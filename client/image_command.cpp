@@ -23,14 +23,18 @@ void AddImageCommand(CLI::App& app, Invocation& invocation) {
                   "Image: .exr, .png or .pfm, with .png, .csv, .json and -error.png beside it [JOB.exr here]")
       ->type_name("FILE");
   sub->add_option("--reference", arguments->follow.reference, "Measure the image against this one")->type_name("FILE");
+  AddStateOption(*sub, arguments->follow);
   sub->add_flag("--json", arguments->follow.json, "One JSON document on standard out");
-  sub->footer("Example:\n  lodestar image job-17 -o out/door.exr");
+  sub->footer(
+      "Examples:\n"
+      "  lodestar image job-17 -o out/door.exr\n"
+      "  lodestar image job-17 -o out/door.exr --state out/door.lguide");
   sub->callback([arguments, &invocation] {
     invocation.run = [arguments, command_line = invocation.command_line] {
       FollowOptions follow = arguments->follow;
       follow.command_line = command_line;
       if (follow.output.empty()) follow.output = arguments->job + ".exr";
-      PrepareFolder(OutputPaths::For(follow.output).image);
+      PrepareDelivery(follow);
       FarmClient farm(arguments->farm.address, arguments->farm.options);
       const JobStatus status = OnFarm([&] { return farm.GetJob({arguments->job}); });
       const nlohmann::json report = DeliverJob(farm, status, follow);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/exit_code.h"
+#include "client/observed_method.h"
 #include "client/plot.h"
 #include "client/replay_text.h"
 #include "client/values.h"
@@ -38,6 +39,12 @@ CompiledJob CompileScene(const SceneDescription& description, const JobSpec& job
   } catch (const Error& error) {
     throw CommandError(ExitCode::kBadScene, error.what());
   }
+}
+
+void CheckLearns(const CompiledJob& compiled, const JobSpec& job) {
+  if (Learns(*MakeMethod(job, compiled.survey))) return;
+  throw Error(ErrorKind::kInvalidInput,
+              "--state: method '" + job.method + "' learns nothing that could be saved; try --method sdtree");
 }
 
 RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads,

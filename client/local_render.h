@@ -6,10 +6,10 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "client/guide_file.h"
 #include "client/outputs.h"
 #include "client/progress.h"
 #include "core/base/stop.h"
+#include "core/learning/guide_file.h"
 #include "core/learning/report_json.h"
 #include "core/tracing/tracer.h"
 
@@ -21,6 +21,8 @@ struct RenderResult {
   std::shared_ptr<const State> state;  // at the end
 };
 
+// Throws Error(kInvalidInput) for a job in which nothing is learned that --state could save.
+void CheckLearns(const CompiledJob& compiled, const JobSpec& job);
 // Runs the job to its budget or to a stop request. `guide`, where given, is filled with what was learned. Throws Error.
 RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads,
                            const std::shared_ptr<const Image>& reference, const StopToken& stop, ProgressLine& progress,

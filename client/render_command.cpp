@@ -24,14 +24,10 @@ struct RenderArguments {
 // Refuses, before anything is rendered, what the method cannot give.
 void CheckExtras(const RenderArguments& arguments, const AovChoice& aovs, const CompiledJob& compiled,
                  const JobSpec& job) {
+  if (!arguments.state.empty()) CheckLearns(compiled, job);
+  if (!aovs.shares()) return;
   const std::unique_ptr<Method> method = MakeMethod(job, compiled.survey);
-  const auto initial = method->Initial();
-  const bool chooses = method->ActiveUnder(initial).method != method.get();
-  if (!arguments.state.empty() && !chooses && !method->NewStatistics(initial)) {
-    throw Error(ErrorKind::kInvalidInput,
-                "--state: method '" + job.method + "' learns nothing that could be saved; try --method sdtree");
-  }
-  if (aovs.shares()) SharesOf(*compiled.scene, *method, initial);
+  SharesOf(*compiled.scene, *method, method->Initial());
 }
 
 Features RenderAovs(const AovChoice& aovs, const CompiledJob& compiled, const JobSpec& job,
@@ -84,7 +80,7 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   } else {
     Features features;
     if (!arguments.state.empty()) {
-      guide.Write(arguments.state);
+      WriteText(arguments.state, guide.Serialize());
       report["files"]["state"] = arguments.state;
     }
     if (aovs.any()) features = RenderAovs(aovs, compiled, job, result.state, arguments.threads);

@@ -52,7 +52,7 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
   FollowOptions follow = arguments.follow;
   follow.scene_path = arguments.job.scene;
   follow.command_line = command_line;
-  if (!follow.output.empty()) PrepareFolder(OutputPaths::For(follow.output).image);
+  PrepareDelivery(follow);
   if (!follow.reference.empty() && follow.output.empty())
     throw Error(ErrorKind::kInvalidInput, "--reference needs -o: the image is measured when it is fetched");
 
@@ -60,6 +60,7 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
   {
     const CompiledJob compiled = CompileScene(description, submission.spec);
     MakeMethod(submission.spec, compiled.survey);  // refuses bad values of options here and now
+    if (!follow.state.empty()) CheckLearns(compiled, submission.spec);
     if (!follow.reference.empty()) {
       CheckReferenceSize(ReadImageFile(follow.reference), follow.reference, compiled.survey.resolution_x,
                          compiled.survey.resolution_y);
@@ -95,6 +96,7 @@ void AddSubmitCommand(CLI::App& app, Invocation& invocation) {
       ->type_name("FILE");
   sub->add_option("--reference", arguments->follow.reference, "With -o: measure the final image against this one")
       ->type_name("FILE");
+  AddStateOption(*sub, arguments->follow);
   sub->add_flag("--json", arguments->follow.json, "One JSON document on standard out");
   sub->add_flag("--quiet", arguments->follow.quiet, "No progress on standard error");
   sub->footer(

@@ -21,6 +21,7 @@ void AddWatchCommand(CLI::App& app, Invocation& invocation) {
       ->type_name("FILE");
   sub->add_option("--reference", arguments->follow.reference, "With -o: measure the final image against this one")
       ->type_name("FILE");
+  AddStateOption(*sub, arguments->follow);
   sub->add_flag("--json", arguments->follow.json, "One JSON document on standard out, at the end");
   sub->add_flag("--quiet", arguments->follow.quiet, "No progress on standard error");
   sub->footer("Example:\n  lodestar watch job-17 -o out/door.exr\nCtrl-C ends the watching, not the job.");
@@ -28,7 +29,7 @@ void AddWatchCommand(CLI::App& app, Invocation& invocation) {
     invocation.run = [arguments, command_line = invocation.command_line] {
       FollowOptions follow = arguments->follow;
       follow.command_line = command_line;
-      if (!follow.output.empty()) PrepareFolder(OutputPaths::For(follow.output).image);
+      PrepareDelivery(follow);
       FarmClient farm(arguments->farm.address, arguments->farm.options);
       return FollowJob(farm, {arguments->job}, follow);
     };

@@ -41,6 +41,7 @@ class Farm {
   void Cancel(const JobId& id);
   std::shared_ptr<const Image> GetImage(const JobId& id);  // waits for a round's edge, at most a few seconds
   std::string GetReport(const JobId& id);
+  Bytes GetGuide(const JobId& id);  // GuideFile: what it has learned so far, or had when it ended
   std::vector<WorkerStatus> Workers() const;
   BlobStore& blobs() { return *blobs_; }
   // `changed` is called with every change from now on, and at once with the present.

@@ -5,6 +5,7 @@
 #include "coordinator/farm.h"
 #include "coordinator/image_bytes.h"
 #include "core/base/log.h"
+#include "core/learning/guide_file.h"
 #include "rpc/status.h"
 
 namespace lodestar {
@@ -126,6 +127,28 @@ std::string Farm::GetReport(const JobId& id) {
   if (job.report.empty())
     throw Error(ErrorKind::kConflict, id.value + " has not rendered a round yet, so there is nothing to report");
   return job.report;
+}
+
+Bytes Farm::GetGuide(const JobId& id) {
+  std::unique_lock lock(mutex_);
+  const Job& job = Need(id);
+  if (job.driving && job.run && job.run->state && Learns(job.run->method)) {
+    GuideFile guide{job.spec, Survey::Parse(job.stored.survey), job.progress.iteration, {}, std::nullopt};
+    const std::shared_ptr<const State> state = job.run->state;
+    lock.unlock();
+    guide.state = state->Serialize();
+    return guide.Serialize();
+  }
+  if (!job.stored.guide.empty()) {
+    const ContentHash hash = job.stored.guide;
+    lock.unlock();
+    return blobs_->Read(hash);
+  }
+  const bool over = Ended(job.stored.phase) || job.driving;
+  throw Error(ErrorKind::kConflict,
+              id.value + " has nothing learned" +
+                  (over ? " to give: method '" + job.spec.method + "' learns nothing, or it ended early"
+                        : " yet: it has not begun"));
 }
 
 std::vector<WorkerStatus> Farm::Workers() const {

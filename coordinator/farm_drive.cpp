@@ -8,6 +8,7 @@
 #include "coordinator/image_bytes.h"
 #include "core/base/log.h"
 #include "core/learning/contribution.h"
+#include "core/learning/guide_file.h"
 #include "core/learning/report_json.h"
 
 namespace lodestar {
@@ -84,11 +85,18 @@ void Farm::StoreResult(Job& job, const Loop& loop, JobPhase phase, const std::st
   const Image developed = loop.Develop();
   const ContentHash image = blobs_->Put(Compress(ImageToBytes(developed)));
   const std::string report = DumpJson(ReportToJson(FinalReport(loop, developed)), -1);
+  ContentHash guide;
+  if (Learns(loop.method())) {
+    guide = blobs_->Put(GuideFile{loop.job(), loop.survey(), static_cast<uint32_t>(loop.Report().training_iterations),
+                                  loop.state()->Serialize(), std::nullopt}
+                            .Serialize());
+  }
   CrashPoint("result-blob");
   ContentHash checkpoint;
   Persist(job, [&](StoredJob& stored) {
     checkpoint = std::exchange(stored.checkpoint, {});
     stored.image = image;
+    stored.guide = guide;
     stored.report = report;
     stored.phase = phase;
     stored.error = error;

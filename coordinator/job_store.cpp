@@ -11,20 +11,19 @@ namespace {
 
 constexpr const char* kColumns =
     "number, client_token, name, priority, phase, submitted, description, survey, fingerprint, checkpoint, image, "
-    "report, error, log, progress";
+    "guide, report, error, log, progress";
 
-// An ended job keeps its description, its image and its last checkpoint.
+// An ended job keeps its description, its image and what it has learned.
 constexpr const char* kUnneeded =
-    "hash NOT IN (SELECT hash FROM needs) AND hash NOT IN (SELECT image FROM jobs) AND hash NOT IN (SELECT checkpoint "
-    "FROM jobs) AND "
-    "hash NOT IN (SELECT description FROM jobs)";
+    "hash NOT IN (SELECT hash FROM needs) AND hash NOT IN (SELECT image FROM jobs) AND hash NOT IN (SELECT guide FROM "
+    "jobs) AND hash NOT IN (SELECT checkpoint FROM jobs) AND hash NOT IN (SELECT description FROM jobs)";
 
 constexpr const char* kSchema = R"(
   CREATE TABLE meta (key TEXT PRIMARY KEY, value INTEGER NOT NULL) STRICT;
   CREATE TABLE jobs (
     number INTEGER PRIMARY KEY AUTOINCREMENT, client_token TEXT NOT NULL UNIQUE, name TEXT NOT NULL, priority INTEGER NOT NULL,
     phase INTEGER NOT NULL, submitted INTEGER NOT NULL, description TEXT NOT NULL, survey BLOB NOT NULL, fingerprint TEXT NOT NULL,
-    checkpoint TEXT NOT NULL, image TEXT NOT NULL, report TEXT NOT NULL, error TEXT NOT NULL, log TEXT NOT NULL, progress BLOB NOT NULL) STRICT;
+    checkpoint TEXT NOT NULL, image TEXT NOT NULL, guide TEXT NOT NULL, report TEXT NOT NULL, error TEXT NOT NULL, log TEXT NOT NULL, progress BLOB NOT NULL) STRICT;
   CREATE TABLE blobs (hash TEXT PRIMARY KEY, size INTEGER NOT NULL, used INTEGER NOT NULL) STRICT;
   CREATE TABLE needs (job INTEGER NOT NULL REFERENCES jobs(number), hash TEXT NOT NULL REFERENCES blobs(hash), PRIMARY KEY (job, hash)) STRICT;
   CREATE INDEX needs_by_hash ON needs(hash);
@@ -99,10 +98,11 @@ StoredJob JobStore::ReadRow(Statement& row) {
   job.fingerprint = row.Text(8);
   job.checkpoint.hex = row.Text(9);
   job.image.hex = row.Text(10);
-  job.report = row.Text(11);
-  job.error = row.Text(12);
-  job.log = row.Text(13);
-  job.progress = row.Text(14);
+  job.guide.hex = row.Text(11);
+  job.report = row.Text(12);
+  job.error = row.Text(13);
+  job.log = row.Text(14);
+  job.progress = row.Text(15);
   return job;
 }
 
@@ -128,7 +128,7 @@ StoredJob JobStore::Insert(const StoredJob& job, const std::vector<ContentHash>&
                                               missing + (count > 3 ? " ..." : "") + "; upload them and submit again");
       }
       Statement insert(*database_, std::string("INSERT INTO jobs (") + kColumns +
-                                       ") VALUES (NULL, ?, ?, ?, ?, ?, ?, x'', '', '', '', '', '', '', x'')");
+                                       ") VALUES (NULL, ?, ?, ?, ?, ?, ?, x'', '', '', '', '', '', '', '', x'')");
       insert.Bind(job.client_token)
           .Bind(job.name)
           .Bind(job.priority)
@@ -149,21 +149,23 @@ StoredJob JobStore::Insert(const StoredJob& job, const std::vector<ContentHash>&
 void JobStore::Update(const StoredJob& job) {
   Run([&] {
     Write([&] {
-      Statement(*database_,
-                "UPDATE jobs SET phase = ?, survey = ?, fingerprint = ?, checkpoint = ?, image = ?, report = ?, error "
-                "= ?, log = ?, progress = ? WHERE number = ?")
+      Statement(
+          *database_,
+          "UPDATE jobs SET phase = ?, survey = ?, fingerprint = ?, checkpoint = ?, image = ?, guide = ?, report = "
+          "?, error = ?, log = ?, progress = ? WHERE number = ?")
           .Bind(static_cast<int64_t>(job.phase))
           .BindBlob(job.survey)
           .Bind(job.fingerprint)
           .Bind(job.checkpoint.hex)
           .Bind(job.image.hex)
+          .Bind(job.guide.hex)
           .Bind(job.report)
           .Bind(job.error)
           .Bind(job.log)
           .BindBlob(job.progress)
           .Bind(job.number)
           .Run();
-      // Exactly one checkpoint and, at the end, nothing but the image is needed.
+      // Exactly one checkpoint and, at the end, nothing but the image and the guide are needed.
       if (Ended(job.phase)) Statement(*database_, "DELETE FROM needs WHERE job = ?").Bind(job.number).Run();
     });
   });

@@ -25,6 +25,7 @@ struct StoredJob {
   Bytes survey;                   // empty: not surveyed yet
   std::string fingerprint;        // of the workers it runs on, from its survey on
   ContentHash checkpoint, image;  // blobs; empty: none
+  ContentHash guide;              // blob, once it has ended: GuideFile; empty: nothing was learned
   std::string report, error, log;
   Bytes progress;  // JobStatus's figures, for lists after a restart
   JobId id() const { return {"job-" + std::to_string(number)}; }
@@ -32,7 +33,7 @@ struct StoredJob {
 
 class JobStore {
  public:
-  static constexpr int kSchemaVersion = 1;
+  static constexpr int kSchemaVersion = 2;
   // Throws Error(kConflict) for a store of another schema version, (kCorrupt), (kIo).
   explicit JobStore(const std::filesystem::path& folder);
   ~JobStore();

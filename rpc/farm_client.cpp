@@ -211,6 +211,22 @@ std::string FarmClient::GetReport(const JobId& id) {
   return reply.json();
 }
 
+GuideFile FarmClient::GetGuide(const JobId& id) {
+  v1::GetGuideRequest request;
+  request.set_job_id(id.value);
+  Bytes data;
+  impl_->Call(
+      [&](grpc::ClientContext* context) {
+        data.clear();
+        auto reader = impl_->stub->GetGuide(context, request);
+        v1::GuideChunk chunk;
+        while (reader->Read(&chunk)) data += chunk.data();
+        return reader->Finish();
+      },
+      seconds(60));
+  return GuideFile::Parse(data, "what " + id.value + " has learned");
+}
+
 std::vector<WorkerStatus> FarmClient::Workers() {
   v1::ListWorkersReply reply;
   impl_->Call([&](grpc::ClientContext* context) { return impl_->stub->ListWorkers(context, {}, &reply); });

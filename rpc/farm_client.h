@@ -13,6 +13,7 @@
 
 #include "core/base/stop.h"
 #include "core/film/film.h"
+#include "core/learning/guide_file.h"
 #include "rpc/types.h"
 
 namespace lodestar {
@@ -58,6 +59,7 @@ class FarmClient {
   void Cancel(const JobId& id);
   Image GetImage(const JobId& id);         // kConflict: nothing rendered yet
   std::string GetReport(const JobId& id);  // JSON
+  GuideFile GetGuide(const JobId& id);     // kConflict: nothing learned
   std::vector<WorkerStatus> Workers();
 
  private:

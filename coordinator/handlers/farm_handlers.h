@@ -18,6 +18,7 @@ void ListWorkers(Farm& farm, const v1::ListWorkersRequest& request, v1::ListWork
 void HasAssets(Farm& farm, const v1::HasAssetsRequest& request, v1::HasAssetsReply* reply);
 // Answered in parts: fills in the next one; false after the last.
 std::function<bool(v1::ImageChunk*)> GetImage(Farm& farm, const v1::GetImageRequest& request);
+std::function<bool(v1::GuideChunk*)> GetGuide(Farm& farm, const v1::GetGuideRequest& request);
 // Calls back with the status at each change; the number is for Farm::Unwatch.
 uint64_t WatchJob(Farm& farm, const v1::WatchJobRequest& request, std::function<void(v1::JobStatus)> changed);
 

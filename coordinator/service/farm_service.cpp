@@ -32,6 +32,9 @@ class FarmService final : public OverFarm<v1::Farm::CallbackService> {
   grpc::ServerWriteReactor<v1::ImageChunk>* GetImage(Context* c, const v1::GetImageRequest* q) override {
     return Parts(c, q, lodestar::GetImage);
   }
+  grpc::ServerWriteReactor<v1::GuideChunk>* GetGuide(Context* c, const v1::GetGuideRequest* q) override {
+    return Parts(c, q, lodestar::GetGuide);
+  }
   grpc::ServerReadReactor<v1::AssetChunk>* PutAsset(Context* c, v1::PutAssetReply* r) override {
     return new ChunkReader<lodestar::PutAsset, v1::AssetChunk, v1::PutAssetReply>(c, pool_, r, farm_);
   }

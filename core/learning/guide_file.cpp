@@ -1,9 +1,8 @@
-#include "client/guide_file.h"
+#include "core/learning/guide_file.h"
 
 #include <fstream>
 #include <sstream>
 
-#include "client/outputs.h"
 #include "core/learning/sealed_bytes.h"
 
 namespace lodestar {
@@ -58,10 +57,6 @@ GuideFile GuideFile::Read(const std::filesystem::path& path) {
   return Parse(bytes.str(), "guiding state " + path.string());
 }
 
-void GuideFile::Write(const std::filesystem::path& path) const {
-  WriteText(path, Serialize());
-}
-
 void GuideFile::CheckScene(const std::string& scene_hash, const std::string& scene_path,
                            const std::string& name) const {
   if (scene_hash == survey.scene_hash) return;
@@ -71,13 +66,9 @@ void GuideFile::CheckScene(const std::string& scene_hash, const std::string& sce
                   "...); give the scene it was rendered from, unchanged, or render again with --state");
 }
 
-std::shared_ptr<const State> ObservedMethod::Advance(const std::shared_ptr<const State>& state,
-                                                     const IterationResult& result) const {
-  auto next = method_->Advance(state, result);
-  const Active before = method_->ActiveUnder(state);
-  if (result.statistics != nullptr) *last_ = {before.state->Serialize(), result.statistics->Serialize()};
-  if (method_->ActiveUnder(next).method != before.method) last_->reset();
-  return next;
+bool Learns(const Method& method) {
+  const auto initial = method.Initial();
+  return method.ActiveUnder(initial).method != &method || method.IterationPasses(*initial, 0) > 0;
 }
 
 }  // namespace lodestar

@@ -1,9 +1,9 @@
-// The file of a guiding state, as `render --state` writes and `inspect --guide` reads it: what a run had learned when
-// it ended, with the job that it belongs to and the hash of its scene. Sealed (core/learning/sealed_bytes.h).
+// The file of a guiding state, as `render --state` writes, a coordinator keeps and `inspect --guide` reads it: what a
+// run had learned when it ended, with the job that it belongs to and the hash of its scene. Sealed
+// (core/learning/sealed_bytes.h).
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 
 #include "core/learning/job.h"
@@ -29,42 +29,12 @@ struct GuideFile {
   static GuideFile Parse(std::string_view bytes, const std::string& name);
   static GuideFile Read(const std::filesystem::path& path);  // and Error(kNotFound)
   Bytes Serialize() const;
-  void Write(const std::filesystem::path& path) const;  // beside the name first, then renamed. Throws Error(kIo)
 
   // Throws Error(kConflict) where the scene is not the one that the state was learned in.
   void CheckScene(const std::string& scene_hash, const std::string& scene_path, const std::string& name) const;
 };
 
-// A method that keeps, of each advance, what it came from; else it is the one it wraps.
-class ObservedMethod final : public Method {
- public:
-  ObservedMethod(std::unique_ptr<Method> method, std::optional<GuideFile::Training>* last)
-      : method_(std::move(method)), last_(last) {}
-
-  std::string_view name() const override { return method_->name(); }
-  std::shared_ptr<const State> Initial() const override { return method_->Initial(); }
-  std::shared_ptr<const State> ParseState(std::string_view bytes) const override { return method_->ParseState(bytes); }
-  std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const override {
-    return method_->NewStatistics(state);
-  }
-  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
-                                              std::string_view bytes) const override {
-    return method_->ParseStatistics(state, bytes);
-  }
-  std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
-                                       const IterationResult& result) const override;
-  uint64_t IterationPasses(const State& state, uint32_t iteration) const override {
-    return method_->IterationPasses(state, iteration);
-  }
-  Active ActiveUnder(const std::shared_ptr<const State>& state) const override { return method_->ActiveUnder(state); }
-  bool Decided(const State& state) const override { return method_->Decided(state); }
-  std::string Explain(const State& state) const override { return method_->Explain(state); }
-  Combination combination() const override { return method_->combination(); }
-  int TrainingIterations() const override { return method_->TrainingIterations(); }
-
- private:
-  std::unique_ptr<Method> method_;
-  std::optional<GuideFile::Training>* last_;
-};
+// Whether anything is learned in such a job, be it which method to take, so that there will be a state worth keeping.
+bool Learns(const Method& method);
 
 }  // namespace lodestar

@@ -7,10 +7,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "client/guide_file.h"
 #include "client/guide_inspection.h"
 #include "client/guide_pictures.h"
 #include "client/outputs.h"
+#include "core/learning/guide_file.h"
 #include "tests/client/run_program.h"
 
 namespace lodestar {

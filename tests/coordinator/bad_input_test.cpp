@@ -168,6 +168,7 @@ TEST_F(BadInput, UnknownNamesAreNotFound) {
   EXPECT_THROW(worker.FetchBytes(Sha256("x"), 100), Error);
   EXPECT_THROW(client->GetImage(queued), Error) << "nothing has been rendered";
   EXPECT_THROW(client->GetReport(queued), Error);
+  EXPECT_THROW(client->GetGuide(queued), Error);
 }
 
 TEST_F(BadInput, ContributionsThatAreNoneAreRefused) {

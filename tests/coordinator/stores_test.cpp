@@ -110,11 +110,11 @@ TEST_F(StoreTest, BlobsNobodyNeedsAreCollectedAfterTheirGrace) {
   JobStore store(folder.path());
   BlobStore blobs(folder.path() / "blobs", store, BlobOptions());
   const auto needed = blobs.Put("needed"), idle = blobs.Put("idle"), description = blobs.Put("description"),
-             used = blobs.Put("used");
+             used = blobs.Put("used"), guide = blobs.Put("guide");
   auto job = store.Insert(NewJob("a", description), {description, needed});
   EXPECT_EQ(blobs.Collect(), 0u) << "an upload may still be on its way to its job";
   now += 9 * 60 * 1000;
-  EXPECT_EQ(blobs.Have({used}).size(), 1u);
+  EXPECT_EQ(blobs.Have({used, guide}).size(), 2u);
   now += 2 * 60 * 1000;
   EXPECT_EQ(blobs.Collect(), 1u);
   EXPECT_THROW(blobs.Read(idle), Error);
@@ -122,10 +122,12 @@ TEST_F(StoreTest, BlobsNobodyNeedsAreCollectedAfterTheirGrace) {
   EXPECT_EQ(blobs.Read(used), "used");
   job.phase = JobPhase::kDone;
   job.image = used;
+  job.guide = guide;
   store.Update(job);
   now += 60 * 60 * 1000;
-  EXPECT_EQ(blobs.Collect(), 1u) << "the scene of an ended job; its image and description stay";
+  EXPECT_EQ(blobs.Collect(), 1u) << "the scene of an ended job; its image, guide and description stay";
   EXPECT_EQ(blobs.Read(used), "used");
+  EXPECT_EQ(blobs.Read(guide), "guide");
   EXPECT_EQ(blobs.Read(description), "description");
 }
 

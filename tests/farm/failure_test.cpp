@@ -139,14 +139,16 @@ TEST_F(FarmFailure, ATermSignalDrainsAWorker) {
 TEST_F(FarmFailure, CancelStopsQuicklyAndKeepsTheImage) {
   StartCoordinator();
   StartWorker();
-  const auto id = SubmitBox(BoxJob("path", 1000000));
+  const auto id = SubmitBox(BoxJob("sdtree", 1000000));
   WaitForPasses(id, 2);
   EXPECT_EQ(client().GetImage(id).width, 64u) << "the image so far, of a running job";
+  EXPECT_GE(client().GetGuide(id).iterations, 1u) << "what it has learned so far";
   const auto start = std::chrono::steady_clock::now();
   client().Cancel(id);
   EXPECT_EQ(Finish(id).phase, JobPhase::kCancelled);
   EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(5));
   EXPECT_EQ(client().GetImage(id).width, 64u);
+  EXPECT_GE(client().GetGuide(id).iterations, 1u);
   const auto next = SubmitBox(BoxJob("path", 4), "next");
   EXPECT_EQ(Finish(next).phase, JobPhase::kDone) << "the worker is free again";
 }

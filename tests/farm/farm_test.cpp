@@ -28,6 +28,14 @@ TEST_P(FarmOfWorkers, GivesTheBitsOfOneProcess) {
     EXPECT_EQ(report["result"]["state_sha256"], expected.report.state_hash.hex) << method;
     EXPECT_EQ(report["result"]["image_sha256"], expected.report.image_hash.hex) << method;
     EXPECT_EQ(ImageHash(image), expected.report.image_hash) << method;
+    if (method == "path") {
+      EXPECT_THROW(client().GetGuide(id), Error) << "it learns nothing";
+    } else {
+      const GuideFile guide = client().GetGuide(id);
+      EXPECT_EQ(Sha256(guide.state), expected.report.state_hash) << method;
+      EXPECT_EQ(guide.job.method, method);
+      EXPECT_EQ(guide.iterations, static_cast<uint32_t>(expected.report.training_iterations)) << method;
+    }
   }
 }
 
