@@ -166,6 +166,10 @@ uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t uni
     // Step 2: what it costs beside.
     units = std::max(units, sizing.costs * costs.seconds_per_lease / costs.seconds_per_unit);
     units = std::min(units, more_follows ? part : part / 2);
+    // Step 3: an uneven end costs half a lease's work, a lease its merging: not below what keeps these alike. Rounding
+    // may add two fifths; it stays within a part.
+    units =
+        std::max(units, std::min(0.7 * part, sizing.least_costs * costs.seconds_per_lease / costs.seconds_per_unit));
   }
   // The nearest power of two: blocks are aligned.
   const auto whole = static_cast<uint32_t>(std::max(1.0, units * 1.4));

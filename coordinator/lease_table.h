@@ -84,9 +84,9 @@ class LeaseTable {
 // How many units a fresh lease should have: `seconds` of work, or a sixth of its worker's part where the round has less
 // than six such leases for each. Moreover at least `costs` times what its transfer and merge take; but, whatever that
 // is, never more than a worker's part of the round, and half of its part of what is left where no more work follows at
-// once, so that all end together. For scheduling only.
+// once, so that all end together, down to `least_costs` times the same. For scheduling only.
 struct LeaseSizing {
-  double seconds = 2, costs = 50;
+  double seconds = 2, costs = 50, least_costs = 10;
 };
 // What is known of a job's units and leases; 0: nothing yet.
 struct LeaseCosts {

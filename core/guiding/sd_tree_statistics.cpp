@@ -16,14 +16,14 @@ using Target = SdTreeOptions::Target;
 
 }  // namespace
 
-SdTreeStatistics::SdTreeStatistics(std::shared_ptr<const SdTree> tree)
+SdTreeStatistics::SdTreeStatistics(std::shared_ptr<const SdTree> tree, PageSize pages)
     : tree_(std::move(tree)),
       target_(tree_->target()),
       halves_(tree_->options().reconstruction == SdTreeOptions::Reconstruction::kNative ? 2 : 1),
-      slots_(size_t{tree_->node_count()} * 4 * halves_),
-      leaves_(tree_->leaf_count()),
+      slots_(size_t{tree_->node_count()} * 4 * halves_, pages),
+      leaves_(tree_->leaf_count(), pages),
       groups_(tree_->lights_by_power().size()),
-      lights_(tree_->leaf_count() * groups_),
+      lights_(tree_->leaf_count() * groups_, pages),
       touched_((tree_->leaf_count() + 63) / 64) {}
 
 std::optional<SdTreeStatistics::Pending> SdTreeStatistics::Gate(const SdTreeRecord& r) {

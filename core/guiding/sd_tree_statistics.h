@@ -65,7 +65,7 @@ class SdTreeStatistics {
     double records() const { return static_cast<double>(weight) * 0x1p-24; }
   };
 
-  explicit SdTreeStatistics(std::shared_ptr<const SdTree> tree);
+  explicit SdTreeStatistics(std::shared_ptr<const SdTree> tree, PageSize pages = PageSize::kLarge);
   SdTreeStatistics(SdTreeStatistics&&) = default;
   SdTreeStatistics& operator=(SdTreeStatistics&&) = default;
 

@@ -83,7 +83,7 @@ SdTreeStatistics SdTreeStatistics::Parse(std::shared_ptr<const SdTree> tree, std
     throw Error(ErrorKind::kConflict,
                 "SD-tree statistics belong to another tree; render this unit again under the current state");
   }
-  SdTreeStatistics statistics(std::move(tree));
+  SdTreeStatistics statistics(std::move(tree), PageSize::kSmall);
   statistics.counts_.accepted = in.Get<uint64_t>();
   statistics.counts_.delta = in.Get<uint64_t>();
   statistics.counts_.refused = in.Get<uint64_t>();

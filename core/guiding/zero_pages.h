@@ -10,8 +10,10 @@
 
 namespace lodestar {
 
+// Large ones where additions come at random and last; small ones where little is touched and all of it only once.
+enum class PageSize { kSmall, kLarge };
 // Throws Error(kIo) when the address space is refused.
-void* MapZeroPages(size_t bytes);
+void* MapZeroPages(size_t bytes, PageSize pages);
 void UnmapPages(void* address, size_t bytes);
 
 // T must be valid when all its bytes are zero.
@@ -20,8 +22,8 @@ requires std::is_trivially_copyable_v<T>
 class ZeroPages {
  public:
   ZeroPages() = default;
-  explicit ZeroPages(size_t size)
-      : data_(size > 0 ? static_cast<T*>(MapZeroPages(size * sizeof(T))) : nullptr), size_(size) {}
+  explicit ZeroPages(size_t size, PageSize pages = PageSize::kLarge)
+      : data_(size > 0 ? static_cast<T*>(MapZeroPages(size * sizeof(T), pages)) : nullptr), size_(size) {}
   ZeroPages(ZeroPages&& other) noexcept
       : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
   ZeroPages& operator=(ZeroPages&& other) noexcept {
