@@ -118,6 +118,13 @@ EstimatedError EstimateError(const Image& image) {
   return {Mean(relative), TrimmedMean(relative)};
 }
 
+double LargestKept(std::vector<double> values, double left_out) {
+  const auto count = static_cast<size_t>(static_cast<double>(values.size()) * left_out);
+  const auto last = values.end() - static_cast<std::ptrdiff_t>(count + 1);
+  std::nth_element(values.begin(), last, values.end());
+  return *last;
+}
+
 std::vector<float> RelativeLuminanceError(const Image& image, const Image& reference) {
   CheckComparable(image, reference);
   std::vector<float> error(image.pixels.size());

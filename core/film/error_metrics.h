@@ -23,6 +23,8 @@ struct EstimatedError {
   double relmse = 0, relmse_trimmed = 0;
 };
 EstimatedError EstimateError(const Image& image);
+// The value that only the worst `left_out` of them (rounded down) are above.
+double LargestKept(std::vector<double> values, double left_out);
 // Relative luminance error per pixel, (lum x - lum r) / (lum r + eps); for the false-colour map of Lukac 2011.
 std::vector<float> RelativeLuminanceError(const Image& image, const Image& reference);
 // A perceptual diverging colour map for that error, +-limit at the ends (blue below, orange above, nearly white at 0,

@@ -1,6 +1,6 @@
 // An array of zeroes straight from the operating system: pages that are never touched cost nothing, so an accumulator
-// as wide as the state is cheap to create for a second's work. Pages are of 2 MiB where the system grants them, so that
-// an addition at random misses the cache but not the translation of its address too.
+// as wide as the state is cheap to create for a second's work. Large pages are of 2 MiB where the system grants them,
+// so that an addition at random misses the cache but not the translation of its address too.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,8 @@
 
 namespace lodestar {
 
-// Large ones where additions come at random and last; small ones where little is touched and all of it only once.
+// Large ones where additions come at random and often; small ones for what is filled and merged once, since the system
+// clears a large page whole for its first byte.
 enum class PageSize { kSmall, kLarge };
 // Throws Error(kIo) when the address space is refused.
 void* MapZeroPages(size_t bytes, PageSize pages);

@@ -16,7 +16,7 @@ using Kind = Method::Combination::Kind;
 // Variance of a pass relative to what the pixels are expected to have, mean over the pixels; the worst left out, as in
 // reports, unless they hold more than kOutliersLight of the film's light: then they are not outliers but what there is,
 // and relative to the mean of all pixels, since what is expected of them is mostly themselves.
-double RelativeVariance(const Film& film, const PixelEstimate& expected) {
+double VarianceOfAPass(const Film& film, const PixelEstimate& expected) {
   constexpr double kOutliersLight = 0.25;
   if (film.passes() < 2) return std::numeric_limits<double>::infinity();
   const Image image = film.Develop();
@@ -25,13 +25,10 @@ double RelativeVariance(const Film& film, const PixelEstimate& expected) {
     const double mean = expected.luminance[i];
     relative[i] = image.variance[i] / (mean * mean + kRelMseEpsilon);
   }
-  std::vector<double> sorted = relative;
-  const auto left_out = static_cast<size_t>(static_cast<double>(sorted.size()) * kTrimmedFraction);
-  const auto last = sorted.end() - static_cast<std::ptrdiff_t>(left_out + 1);
-  std::nth_element(sorted.begin(), last, sorted.end());
+  const double most = LargestKept(relative, kTrimmedFraction);
   double kept = 0, outliers = 0, kept_light = 0, outliers_light = 0, mean = 0;
   for (size_t i = 0; i < image.size(); ++i) {
-    const bool outlier = relative[i] > *last;
+    const bool outlier = relative[i] > most;
     if (outlier) {
       outliers += image.variance[i];
     } else {
@@ -59,7 +56,7 @@ std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films)
   std::vector<double> per_pass;
   double best = std::numeric_limits<double>::infinity();
   for (const auto& [iteration, film] : films) {
-    const double v = RelativeVariance(film, expected);
+    const double v = VarianceOfAPass(film, expected);
     per_pass.push_back(v);
     if (v > 0) best = std::min(best, v);
   }

@@ -41,14 +41,6 @@ class Blocks {
   uint32_t width_, height_, columns_, rows_;
 };
 
-// The value that only the worst kLeftOut of them are above.
-double LargestKept(std::vector<double> values) {
-  const auto left_out = static_cast<size_t>(static_cast<double>(values.size()) * kLeftOut);
-  const auto last = values.end() - static_cast<std::ptrdiff_t>(left_out + 1);
-  std::nth_element(values.begin(), last, values.end());
-  return *last;
-}
-
 double Mean(const std::vector<double>& values, size_t without = ~size_t{0}) {
   double sum = 0;
   size_t count = 0;
@@ -99,7 +91,7 @@ PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, cons
       values[i] = image.variance[i] * passes / (expected * expected + kRelMseEpsilon);
     }
   }
-  const double most = LargestKept(values);
+  const double most = LargestKept(values, kLeftOut);
 
   // 2. By block.
   std::vector<double> light(blocks.count());
