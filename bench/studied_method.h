@@ -32,10 +32,6 @@ class StudiedMethod final : public Method {
   std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const override {
     return inner_.NewStatistics(state);
   }
-  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
-                                              std::string_view bytes) const override {
-    return inner_.ParseStatistics(state, bytes);
-  }
   std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                        const IterationResult& result) const override {
     if (result.statistics == nullptr) return state;

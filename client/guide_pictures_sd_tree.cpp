@@ -65,7 +65,8 @@ std::vector<RemadeTree> RemakeTrees(const GuideFile& file, Vec3 p) {
   if (!file.training) return {};
   const auto before = SdTreeState::Parse(file.training->state);
   const SdTree& tree = before->tree();
-  const SdTreeStatistics statistics = SdTreeStatistics::Parse(before->shared_tree(), file.training->statistics);
+  SdTreeStatistics statistics(before->shared_tree());
+  statistics.MergeSerialized(file.training->statistics);
   const uint32_t leaf = tree.LeafAt(p);
   const SdTreeOptions& options = tree.options();
   if (statistics.leaf(leaf).records() < static_cast<double>(options.min_records)) return {};

@@ -20,10 +20,6 @@ class ObservedMethod final : public Method {
   std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const override {
     return method_->NewStatistics(state);
   }
-  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
-                                              std::string_view bytes) const override {
-    return method_->ParseStatistics(state, bytes);
-  }
   std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                        const IterationResult& result) const override;
   uint64_t IterationPasses(const State& state, uint32_t iteration) const override {

@@ -3,7 +3,7 @@
 namespace lodestar {
 namespace {
 constexpr uint32_t kMagic = 0x4a43444c;  // "LDCJ"
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 }  // namespace
 
 Bytes JobCheckpoint::Serialize() const {
@@ -18,12 +18,12 @@ Bytes JobCheckpoint::Serialize() const {
   out.Put(round.unit_count);
   out.Put<uint8_t>(round.record);
   out.PutString(state.hex);
-  out.Put<uint64_t>(parts.size());
-  for (const auto& part : parts) {
-    out.Put(part.node.level);
-    out.Put(part.node.index);
-    out.PutString(part.contribution);
+  out.Put<uint64_t>(nodes.size());
+  for (const TreeNode node : nodes) {
+    out.Put(node.level);
+    out.Put(node.index);
   }
+  out.PutString(merged);
   return out.Take();
 }
 
@@ -47,12 +47,12 @@ JobCheckpoint JobCheckpoint::Parse(std::string_view bytes) {
   checkpoint.state.hex = in.GetString();
   const auto count = in.Get<uint64_t>();
   for (uint64_t i = 0; i < count; ++i) {
-    Part part;
-    part.node.level = in.Get<uint32_t>();
-    part.node.index = in.Get<uint32_t>();
-    part.contribution = in.GetString();
-    checkpoint.parts.push_back(std::move(part));
+    TreeNode node;
+    node.level = in.Get<uint32_t>();
+    node.index = in.Get<uint32_t>();
+    checkpoint.nodes.push_back(node);
   }
+  checkpoint.merged = in.GetString();
   in.ExpectEnd();
   return checkpoint;
 }

@@ -1,4 +1,4 @@
-// A job's position as bytes: the loop's, and the antichain of the round that was under way with what it holds.
+// A job's position as bytes: the loop's, and what was merged of the round that was under way.
 #pragma once
 
 #include <vector>
@@ -11,13 +11,10 @@ namespace lodestar {
 
 struct JobCheckpoint {
   Bytes loop;         // Loop::Checkpoint()
-  Round round;        // meaningful where there are parts
-  ContentHash state;  // the state the parts were rendered under
-  struct Part {
-    TreeNode node;
-    Bytes contribution;  // SerializeContribution()
-  };
-  std::vector<Part> parts;
+  std::vector<TreeNode> nodes;  // covered; none: the rest means nothing
+  Round round;
+  ContentHash state;  // that the nodes were rendered under
+  Bytes merged;       // SerializeContribution() of all of them
 
   Bytes Serialize() const;
   // Throws Error(kConflict) for another version, (kCorrupt).

@@ -136,8 +136,8 @@ void Farm::Drive(Job& job) {
         position.round = open->round;
         position.state = open->state_hash;
         std::lock_guard merge(const_cast<OpenRound*>(open)->merge);
-        for (const auto& [node, part] : open->reduction.parts())
-          position.parts.push_back({node, SerializeContribution(part)});
+        position.nodes = open->reduction.Nodes();
+        position.merged = SerializeContribution(open->reduction.merged());
       }
       last_iteration = loop->NextRound().iteration;
       last = clock_.Now();

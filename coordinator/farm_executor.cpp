@@ -4,7 +4,6 @@
 
 #include "core/base/check.h"
 #include "core/base/log.h"
-#include "core/learning/contribution.h"
 
 namespace lodestar {
 
@@ -40,22 +39,20 @@ void Farm::FarmExecutor::Publish(const std::shared_ptr<const State>& state) {
 }
 
 std::shared_ptr<OpenRound> Farm::FarmExecutor::NewRound(const Round& round) const {
-  return std::make_shared<OpenRound>(run_->state, run_->state_hash, round, farm_.options_.leases, farm_.clock_);
+  return std::make_shared<OpenRound>(run_->state_hash, RoundReduction(run_->method, run_->state, run_->grid, round),
+                                     round, farm_.options_.leases, farm_.clock_);
 }
 
 // What the last checkpoint held of this round.
 void Farm::FarmExecutor::Resume(OpenRound* open) {
-  if (resumed_.parts.empty()) return;
+  if (resumed_.nodes.empty()) return;
   if (resumed_.round == open->round && resumed_.state == open->state_hash) {
-    for (auto& part : resumed_.parts) {
-      open->reduction.Commit(part.node, ParseContribution(run_->method, open->state, run_->grid, open->round, part.node,
-                                                          part.contribution));
-      open->leases.Commit(part.node);
-    }
+    open->reduction.Commit(resumed_.nodes, resumed_.merged);
+    for (const TreeNode node : resumed_.nodes) open->leases.Commit(node);
     spdlog::info("{} resumes with {} of {} units of its round", job_.stored.id().value,
                  open->reduction.committed_units(), open->round.unit_count);
   }
-  resumed_.parts.clear();
+  resumed_ = {};
 }
 
 std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<const State>& state, const Round& round,

@@ -4,7 +4,6 @@
 #include "coordinator/crash_point.h"
 #include "coordinator/farm.h"
 #include "core/base/log.h"
-#include "core/learning/contribution.h"
 #include "rpc/status.h"
 
 namespace lodestar {
@@ -54,11 +53,10 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
   const Bytes bytes = Decompress(compressed, what, header.size);
   if (bytes.size() != header.size || Sha256(bytes) != header.hash)
     throw Error(ErrorKind::kCorrupt, what + " came damaged: its hash is another");
-  Contribution contribution = ParseContribution(run->method, open->state, run->grid, open->round, header.node, bytes);
   RoundReduction::Outcome outcome;
   {
     std::lock_guard merge(open->merge);
-    outcome = open->reduction.Commit(header.node, std::move(contribution));
+    outcome = open->reduction.Commit({&header.node, 1}, bytes);
   }
   const double cost = Seconds(transfer) + ThreadSeconds() - start;
   CrashPoint("contribution-merged");
@@ -66,7 +64,7 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
   Deferred deferred;
   std::lock_guard lock(mutex_);
   open->leases.Release(header.lease);
-  Revoke(open->leases.Commit(header.node), &deferred);
+  if (outcome == RoundReduction::Outcome::kCommitted) Revoke(open->leases.Commit(header.node), &deferred);
   job->lost.clear();
   const uint32_t units = header.node.end(open->round.unit_count) - header.node.first();
   const auto mix = [](double old, double now, double share) { return old > 0 ? old + share * (now - old) : now; };

@@ -19,15 +19,10 @@ namespace lodestar {
 
 // A round that is being leased out: what is merged of it, and who should work on the rest.
 struct OpenRound {
-  OpenRound(std::shared_ptr<const State> of, ContentHash hash, const Round& r, const LeaseTable::Options& options,
+  OpenRound(const ContentHash& of, RoundReduction nothing_yet, const Round& r, const LeaseTable::Options& options,
             const Clock& clock)
-      : round(r),
-        state(std::move(of)),
-        state_hash(std::move(hash)),
-        reduction(r.unit_count),
-        leases(r.unit_count, options, clock) {}
+      : round(r), state_hash(of), reduction(std::move(nothing_yet)), leases(r.unit_count, options, clock) {}
   const Round round;
-  const std::shared_ptr<const State> state;
   const ContentHash state_hash;
   std::mutex merge;  // guards `reduction`; taken without the farm's mutex, so that merging blocks nobody
   RoundReduction reduction;

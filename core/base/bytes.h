@@ -63,9 +63,11 @@ class ByteReader {
     if (flag > 1) Fail("has a flag that is neither set nor clear");
     return flag == 1;
   }
-  std::string GetString() {
+  std::string GetString() { return std::string(GetView()); }
+  // A string where it lies, within the bytes that are read.
+  std::string_view GetView() {
     const auto size = GetSize(1);
-    return std::string(Need(size), size);
+    return {Need(size), size};
   }
   template <class T>
   requires std::is_trivially_copyable_v<T> std::vector<T> GetVector() {

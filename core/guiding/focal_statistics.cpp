@@ -82,10 +82,7 @@ void FocalStatistics::Record(const FocalRecord& r) {
 
 void FocalStatistics::Merge(const FocalStatistics& other) {
   LODESTAR_CHECK(field_->fingerprint() == other.field_->fingerprint());
-  counts_.accepted += other.counts_.accepted;
-  counts_.refused += other.counts_.refused;
-  counts_.missed += other.counts_.missed;
-  counts_.saturated += other.counts_.saturated;
+  counts_.Merge(other.counts_);
   for (size_t cell = 0; cell < fractions_.size(); ++cell) fractions_[cell].Merge(other.fractions_[cell]);
   other.ForTouched([&](uint32_t node) {
     Touch(node * 8);

@@ -32,6 +32,12 @@ class FocalStatistics {
     uint64_t refused = 0;    // not finite, negative, or a pdf that is not positive
     uint64_t missed = 0;     // no voxel on the segment
     uint64_t saturated = 0;  // values beyond 2^70 after scaling, clamped
+    void Merge(const Counts& other) {
+      accepted += other.accepted;
+      refused += other.refused;
+      missed += other.missed;
+      saturated += other.saturated;
+    }
     friend bool operator==(const Counts&, const Counts&) = default;
   };
 
@@ -50,8 +56,9 @@ class FocalStatistics {
 
   // Canonical: equal sums have equal bytes, whatever their history. Sparse: what was not touched takes none.
   Bytes Serialize() const;
-  // Throws Error(kCorrupt); kConflict where the bytes belong to another field.
-  static FocalStatistics Parse(std::shared_ptr<const FocalField> field, std::string_view bytes);
+  // Adds what Serialize() wrote. Throws Error(kCorrupt), and kConflict where the bytes belong to another field; then
+  // nothing has changed.
+  void MergeSerialized(std::string_view bytes);
 
   const std::shared_ptr<const FocalField>& field() const { return field_; }
   const Counts& counts() const { return counts_; }
@@ -66,6 +73,9 @@ class FocalStatistics {
     float length;  // of the ray in the voxel
     float weight;  // a_v p_v, in units of the record
   };
+  // Reads what Serialize() wrote, which it adds where `kAdd`; else it only checks.
+  template <bool kAdd>
+  void Decode(std::string_view bytes);
   bool Gate(const FocalRecord& record);
   void Collect(const FocalRecord& record);
   void Touch(uint32_t slot) { touched_[slot / 512] |= uint64_t{1} << (slot / 8 % 64); }

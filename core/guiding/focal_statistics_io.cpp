@@ -34,33 +34,43 @@ Bytes FocalStatistics::Serialize() const {
   return out.Take();
 }
 
-FocalStatistics FocalStatistics::Parse(std::shared_ptr<const FocalField> field, std::string_view bytes) {
+template <bool kAdd>
+void FocalStatistics::Decode(std::string_view bytes) {
   ByteReader in(bytes, "focal statistics");
   if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
   if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
     in.Fail("have version " + std::to_string(version) + ", known is 2");
-  FocalStatistics statistics(std::move(field));
   const auto fingerprint = in.Get<uint64_t>();
-  const auto slot_count = in.Get<uint32_t>();
-  if (fingerprint != statistics.field_->fingerprint() || slot_count != statistics.slot_count()) {
+  const auto slots = in.Get<uint32_t>();
+  if (fingerprint != field_->fingerprint() || slots != slot_count()) {
     throw Error(ErrorKind::kConflict,
                 "focal statistics belong to another state; render this unit again under the current one");
   }
-  statistics.counts_.accepted = in.Get<uint64_t>();
-  statistics.counts_.refused = in.Get<uint64_t>();
-  statistics.counts_.missed = in.Get<uint64_t>();
-  statistics.counts_.saturated = in.Get<uint64_t>();
+  Counts counts;
+  for (uint64_t* count : {&counts.accepted, &counts.refused, &counts.missed, &counts.saturated})
+    *count = in.Get<uint64_t>();
+  if constexpr (kAdd) counts_.Merge(counts);
   const uint64_t count = GetVarint(in);
-  IndexReader index(slot_count);
+  IndexReader index(slots);
   for (uint64_t i = 0; i < count; ++i) {
     const auto slot = static_cast<uint32_t>(index.Get(in, "name a voxel that the field does not have"));
-    statistics.Touch(slot);
-    statistics.sums_[slot] = GetSum(in);
-    if (statistics.sums_[slot].zero()) in.Fail("have an empty sum");
+    const ExactSum sum = GetSum(in);
+    if (sum.zero()) in.Fail("have an empty sum");
+    if constexpr (kAdd) {
+      Touch(slot);
+      sums_[slot].Merge(sum);
+    }
   }
-  for (FractionSums& sums : statistics.fractions_) sums = FractionSums::Read(in);
+  for (FractionSums& sums : fractions_) {
+    const FractionSums read = FractionSums::Read(in);
+    if constexpr (kAdd) sums.Merge(read);
+  }
   in.ExpectEnd();
-  return statistics;
+}
+
+void FocalStatistics::MergeSerialized(std::string_view bytes) {
+  Decode<false>(bytes);
+  Decode<true>(bytes);
 }
 
 }  // namespace lodestar

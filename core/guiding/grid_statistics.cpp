@@ -33,9 +33,7 @@ void GridStatistics::Record(uint32_t cell, uint32_t direction, float luminance) 
 
 void GridStatistics::Merge(const GridStatistics& other) {
   LODESTAR_CHECK(grid_->fingerprint() == other.grid_->fingerprint());
-  counts_.accepted += other.counts_.accepted;
-  counts_.refused += other.counts_.refused;
-  counts_.saturated += other.counts_.saturated;
+  counts_.Merge(other.counts_);
   other.ForEach([&](size_t entry, const Sum& sum) {
     Touch(entry);
     sums_[entry].value.Merge(sum.value);
@@ -64,34 +62,41 @@ Bytes GridStatistics::Serialize() const {
   return out.Take();
 }
 
-GridStatistics GridStatistics::Parse(std::shared_ptr<const RadianceGrid> grid, std::string_view bytes) {
+template <bool kAdd>
+void GridStatistics::Decode(std::string_view bytes) {
   ByteReader in(bytes, "grid statistics");
   if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
   if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
     in.Fail("have version " + std::to_string(version) + ", known is 2");
-  GridStatistics statistics(std::move(grid));
-  if (in.Get<uint64_t>() != statistics.grid_->fingerprint()) {
+  if (in.Get<uint64_t>() != grid_->fingerprint()) {
     throw Error(ErrorKind::kConflict,
                 "grid statistics belong to another state; render this unit again under the current one");
   }
-  statistics.counts_.accepted = in.Get<uint64_t>();
-  statistics.counts_.refused = in.Get<uint64_t>();
-  statistics.counts_.saturated = in.Get<uint64_t>();
+  Counts counts;
+  for (uint64_t* count : {&counts.accepted, &counts.refused, &counts.saturated}) *count = in.Get<uint64_t>();
+  if constexpr (kAdd) counts_.Merge(counts);
   const uint64_t entries = GetVarint(in);
-  IndexReader index(statistics.sums_.size());
+  IndexReader index(sums_.size());
   uint64_t records = 0;
   for (uint64_t i = 0; i < entries; ++i) {
     const uint64_t entry = index.Get(in, "name an entry that the grid does not have");
-    Sum& sum = statistics.sums_[entry];
-    sum.count = GetVarint(in);
-    if (sum.count == 0 || sum.count > statistics.counts_.accepted - records) in.Fail("have an impossible record count");
-    records += sum.count;
-    sum.value = GetSum(in);
-    statistics.Touch(entry);
+    const uint64_t count = GetVarint(in);
+    if (count == 0 || count > counts.accepted - records) in.Fail("have an impossible record count");
+    records += count;
+    const ExactSum value = GetSum(in);
+    if constexpr (kAdd) {
+      Touch(entry);
+      sums_[entry].count += count;
+      sums_[entry].value.Merge(value);
+    }
   }
   in.ExpectEnd();
-  if (records != statistics.counts_.accepted) in.Fail("have counts that do not add up");
-  return statistics;
+  if (records != counts.accepted) in.Fail("have counts that do not add up");
+}
+
+void GridStatistics::MergeSerialized(std::string_view bytes) {
+  Decode<false>(bytes);
+  Decode<true>(bytes);
 }
 
 }  // namespace lodestar

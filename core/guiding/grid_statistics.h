@@ -20,6 +20,11 @@ class GridStatistics {
     uint64_t accepted = 0;
     uint64_t refused = 0;    // not finite, or negative
     uint64_t saturated = 0;  // values beyond 2^70 after scaling, clamped
+    void Merge(const Counts& other) {
+      accepted += other.accepted;
+      refused += other.refused;
+      saturated += other.saturated;
+    }
     friend bool operator==(const Counts&, const Counts&) = default;
   };
   struct Sum {
@@ -41,8 +46,9 @@ class GridStatistics {
 
   // Canonical: equal sums have equal bytes, whatever their history. Sparse: what was not touched takes none.
   Bytes Serialize() const;
-  // Throws Error(kCorrupt); kConflict where the bytes belong to another grid.
-  static GridStatistics Parse(std::shared_ptr<const RadianceGrid> grid, std::string_view bytes);
+  // Adds what Serialize() wrote. Throws Error(kCorrupt), and kConflict where the bytes belong to another grid; then
+  // nothing has changed.
+  void MergeSerialized(std::string_view bytes);
 
   const std::shared_ptr<const RadianceGrid>& grid() const { return grid_; }
   const Counts& counts() const { return counts_; }
@@ -59,6 +65,9 @@ class GridStatistics {
   }
 
  private:
+  // Reads what Serialize() wrote, which it adds where `kAdd`; else it only checks.
+  template <bool kAdd>
+  void Decode(std::string_view bytes);
   static constexpr size_t kBlock = 32;  // entries of a bit in touched_; divides the directions of every grid
   void Touch(size_t entry) { touched_[entry / (kBlock * 64)] |= uint64_t{1} << (entry / kBlock % 64); }
 

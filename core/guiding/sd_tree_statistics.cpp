@@ -16,14 +16,14 @@ using Target = SdTreeOptions::Target;
 
 }  // namespace
 
-SdTreeStatistics::SdTreeStatistics(std::shared_ptr<const SdTree> tree, PageSize pages)
+SdTreeStatistics::SdTreeStatistics(std::shared_ptr<const SdTree> tree)
     : tree_(std::move(tree)),
       target_(tree_->target()),
       halves_(tree_->options().reconstruction == SdTreeOptions::Reconstruction::kNative ? 2 : 1),
-      slots_(size_t{tree_->node_count()} * 4 * halves_, pages),
-      leaves_(tree_->leaf_count(), pages),
+      slots_(size_t{tree_->node_count()} * 4 * halves_),
+      leaves_(tree_->leaf_count()),
       groups_(tree_->lights_by_power().size()),
-      lights_(tree_->leaf_count() * groups_, pages),
+      lights_(tree_->leaf_count() * groups_),
       touched_((tree_->leaf_count() + 63) / 64) {}
 
 std::optional<SdTreeStatistics::Pending> SdTreeStatistics::Gate(const SdTreeRecord& r) {
@@ -191,16 +191,10 @@ void SdTreeStatistics::Record(std::span<const SdTreeRecord> records, uint64_t ke
 
 void SdTreeStatistics::Merge(const SdTreeStatistics& other) {
   LODESTAR_CHECK(tree_->fingerprint() == other.tree_->fingerprint());
-  counts_.accepted += other.counts_.accepted;
-  counts_.delta += other.counts_.delta;
-  counts_.refused += other.counts_.refused;
-  counts_.saturated += other.counts_.saturated;
+  counts_.Merge(other.counts_);
   other.ForTouched([&](uint32_t leaf) {
     Touch(leaf);
-    leaves_[leaf].weight += other.leaves_[leaf].weight;
-    leaves_[leaf].flux.Merge(other.leaves_[leaf].flux);
-    leaves_[leaf].nee.Merge(other.leaves_[leaf].nee);
-    leaves_[leaf].fraction.Merge(other.leaves_[leaf].fraction);
+    leaves_[leaf].Merge(other.leaves_[leaf]);
     for (size_t g = 0; g < groups_; ++g) lights_[leaf * groups_ + g].Merge(other.lights(leaf)[g]);
     const std::span<const ExactSum> from = other.slots(leaf);
     ExactSum* const to = slots_.data() + FirstSum(leaf);

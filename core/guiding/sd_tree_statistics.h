@@ -54,6 +54,12 @@ class SdTreeStatistics {
     uint64_t delta = 0;
     uint64_t refused = 0;    // not finite, negative, or a pdf that is not positive
     uint64_t saturated = 0;  // values beyond 2^70 after scaling, clamped
+    void Merge(const Counts& other) {
+      accepted += other.accepted;
+      delta += other.delta;
+      refused += other.refused;
+      saturated += other.saturated;
+    }
     friend bool operator==(const Counts&, const Counts&) = default;
   };
   // Sums of one spatial leaf.
@@ -63,9 +69,15 @@ class SdTreeStatistics {
     uint64_t weight = 0;  // records, in units of 2^-24 (the box filter shares them out); in the cache line of `flux`
     NeeSums nee;
     double records() const { return static_cast<double>(weight) * 0x1p-24; }
+    void Merge(const LeafSums& other) {
+      weight += other.weight;
+      flux.Merge(other.flux);
+      nee.Merge(other.nee);
+      fraction.Merge(other.fraction);
+    }
   };
 
-  explicit SdTreeStatistics(std::shared_ptr<const SdTree> tree, PageSize pages = PageSize::kLarge);
+  explicit SdTreeStatistics(std::shared_ptr<const SdTree> tree);
   SdTreeStatistics(SdTreeStatistics&&) = default;
   SdTreeStatistics& operator=(SdTreeStatistics&&) = default;
 
@@ -87,8 +99,9 @@ class SdTreeStatistics {
 
   // Canonical: equal sums have equal bytes, whatever their history. Sparse: what was not touched takes none.
   Bytes Serialize() const;
-  // Throws Error(kCorrupt); kConflict where the bytes belong to another tree.
-  static SdTreeStatistics Parse(std::shared_ptr<const SdTree> tree, std::string_view bytes);
+  // Adds what Serialize() wrote. Throws Error(kCorrupt), and kConflict where the bytes belong to another tree; then
+  // nothing has changed.
+  void MergeSerialized(std::string_view bytes);
 
   const std::shared_ptr<const SdTree>& tree() const { return tree_; }
   const Counts& counts() const { return counts_; }
@@ -116,6 +129,9 @@ class SdTreeStatistics {
     size_t slot;
     float value;
   };
+  // Reads what Serialize() wrote, which it adds where `kAdd`; else it only checks.
+  template <bool kAdd>
+  void Decode(std::string_view bytes);
   // Nothing for a record that is left out, which is counted.
   std::optional<Pending> Gate(const SdTreeRecord& record);
   float Product(const SdTreeRecord& record) const;

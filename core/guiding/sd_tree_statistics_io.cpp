@@ -24,13 +24,15 @@ void PutSums(ByteWriter& out, std::span<const ExactSum> sums) {
   }
 }
 
+template <bool kAdd>
 void GetSums(ByteReader& in, std::span<ExactSum> sums) {
   const uint64_t count = GetVarint(in);
   IndexReader index(sums.size());
   for (uint64_t s = 0; s < count; ++s) {
-    ExactSum& sum = sums[index.Get(in, "name a sum that the leaf does not have")];
-    sum = GetSum(in);
+    const uint64_t at = index.Get(in, "name a sum that the leaf does not have");
+    const ExactSum sum = GetSum(in);
     if (sum.zero()) in.Fail("have an empty sum");
+    if constexpr (kAdd) sums[at].Merge(sum);
   }
 }
 
@@ -71,7 +73,8 @@ Bytes SdTreeStatistics::Serialize() const {
   return out.Take();
 }
 
-SdTreeStatistics SdTreeStatistics::Parse(std::shared_ptr<const SdTree> tree, std::string_view bytes) {
+template <bool kAdd>
+void SdTreeStatistics::Decode(std::string_view bytes) {
   ByteReader in(bytes, "SD-tree statistics");
   if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
   if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
@@ -79,36 +82,42 @@ SdTreeStatistics SdTreeStatistics::Parse(std::shared_ptr<const SdTree> tree, std
   const auto fingerprint = in.Get<uint64_t>();
   const auto leaf_count = in.Get<uint32_t>();
   const auto node_count = in.Get<uint32_t>();
-  if (fingerprint != tree->fingerprint() || leaf_count != tree->leaf_count() || node_count != tree->node_count()) {
+  if (fingerprint != tree_->fingerprint() || leaf_count != tree_->leaf_count() || node_count != tree_->node_count()) {
     throw Error(ErrorKind::kConflict,
                 "SD-tree statistics belong to another tree; render this unit again under the current state");
   }
-  SdTreeStatistics statistics(std::move(tree), PageSize::kSmall);
-  statistics.counts_.accepted = in.Get<uint64_t>();
-  statistics.counts_.delta = in.Get<uint64_t>();
-  statistics.counts_.refused = in.Get<uint64_t>();
-  statistics.counts_.saturated = in.Get<uint64_t>();
+  Counts counts;
+  for (uint64_t* count : {&counts.accepted, &counts.delta, &counts.refused, &counts.saturated})
+    *count = in.Get<uint64_t>();
+  if constexpr (kAdd) counts_.Merge(counts);
   const uint64_t leaves = GetVarint(in);
   IndexReader index(leaf_count);
   for (uint64_t i = 0; i < leaves; ++i) {
     const auto leaf = static_cast<uint32_t>(index.Get(in, "name a leaf that the tree does not have"));
-    statistics.Touch(leaf);
-    LeafSums& sums = statistics.leaves_[leaf];
+    LeafSums sums;
     sums.weight = GetVarint(in);
     sums.flux = GetSum(in);
-    if (statistics.tree_->options().learn_nee) {
+    if (tree_->options().learn_nee) {
       sums.nee.count = GetVarint(in);
       sums.nee.vertices = GetVarint(in);
       if (sums.nee.count > (uint64_t{1} << 40)) in.Fail("have an impossible record count");
       for (ExactSum* sum : NeeParts(sums.nee)) *sum = GetSum(in);
     }
     sums.fraction = FractionSums::Read(in);
-    if (statistics.groups_ > 0)
-      GetSums(in, {statistics.lights_.data() + leaf * statistics.groups_, statistics.groups_});
-    GetSums(in, {statistics.slots_.data() + statistics.FirstSum(leaf), statistics.SumCount(leaf)});
+    if constexpr (kAdd) {
+      Touch(leaf);
+      leaves_[leaf].Merge(sums);
+    }
+    if (groups_ > 0) GetSums<kAdd>(in, {lights_.data() + leaf * groups_, groups_});
+    GetSums<kAdd>(in, {slots_.data() + FirstSum(leaf), SumCount(leaf)});
   }
   in.ExpectEnd();
-  return statistics;
+}
+
+// Twice through the bytes, which are small: they need no sums of their own, which are large.
+void SdTreeStatistics::MergeSerialized(std::string_view bytes) {
+  Decode<false>(bytes);
+  Decode<true>(bytes);
 }
 
 }  // namespace lodestar

@@ -7,14 +7,14 @@
 
 namespace lodestar {
 
-void* MapZeroPages(size_t bytes, PageSize pages) {
+void* MapZeroPages(size_t bytes) {
   void* const address =
       mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (address == MAP_FAILED) {
     throw Error(ErrorKind::kIo, "cannot map " + std::to_string(bytes) +
                                     " bytes for tree statistics; lower the SD-tree's max_nodes or the thread count");
   }
-  if (pages == PageSize::kLarge) madvise(address, bytes, MADV_HUGEPAGE);  // advice: refused, it costs only speed
+  madvise(address, bytes, MADV_HUGEPAGE);  // advice: refused, it costs only speed
   return address;
 }
 

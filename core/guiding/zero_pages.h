@@ -10,11 +10,8 @@
 
 namespace lodestar {
 
-// Large ones where additions come at random and often; small ones for what is filled and merged once, since the system
-// clears a large page whole for its first byte.
-enum class PageSize { kSmall, kLarge };
 // Throws Error(kIo) when the address space is refused.
-void* MapZeroPages(size_t bytes, PageSize pages);
+void* MapZeroPages(size_t bytes);
 void UnmapPages(void* address, size_t bytes);
 
 // T must be valid when all its bytes are zero.
@@ -23,8 +20,8 @@ requires std::is_trivially_copyable_v<T>
 class ZeroPages {
  public:
   ZeroPages() = default;
-  explicit ZeroPages(size_t size, PageSize pages = PageSize::kLarge)
-      : data_(size > 0 ? static_cast<T*>(MapZeroPages(size * sizeof(T), pages)) : nullptr), size_(size) {}
+  explicit ZeroPages(size_t size)
+      : data_(size > 0 ? static_cast<T*>(MapZeroPages(size * sizeof(T))) : nullptr), size_(size) {}
   ZeroPages(ZeroPages&& other) noexcept
       : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
   ZeroPages& operator=(ZeroPages&& other) noexcept {

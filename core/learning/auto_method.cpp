@@ -150,12 +150,6 @@ std::unique_ptr<Statistics> AutoMethod::NewStatistics(const std::shared_ptr<cons
   return active.method->NewStatistics(active.state);
 }
 
-std::unique_ptr<Statistics> AutoMethod::ParseStatistics(const std::shared_ptr<const State>& state,
-                                                        std::string_view bytes) const {
-  const Active active = ActiveUnder(state);
-  return active.method->ParseStatistics(active.state, bytes);
-}
-
 // ---- How long, and who ----
 
 uint64_t AutoMethod::OwnPasses(const Parts& parts, uint32_t candidate, uint32_t ahead) const {

@@ -54,8 +54,6 @@ class AutoMethod final : public Method {
   std::shared_ptr<const State> Initial() const override;
   std::shared_ptr<const State> ParseState(std::string_view bytes) const override;
   std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const override;
-  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
-                                              std::string_view bytes) const override;
   std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                        const IterationResult& result) const override;
   uint64_t IterationPasses(const State& state, uint32_t iteration) const override;

@@ -78,27 +78,39 @@ Bytes SerializeContribution(const Contribution& contribution) {
   return Seal(std::move(out));
 }
 
-Contribution ParseContribution(const Method& method, const std::shared_ptr<const State>& state, const TileGrid& grid,
-                               const Round& round, TreeNode node, std::string_view bytes) {
-  const std::string what = "contribution of " + node.ToString() + " (iteration " + std::to_string(round.iteration) +
-                           ", round " + std::to_string(round.index) + ")";
+ReceivedContribution ReadContribution(const TileGrid& grid, const Round& round, std::span<const TreeNode> nodes,
+                                      std::string_view bytes) {
+  LODESTAR_CHECK(!nodes.empty());
+  const std::string what = "contribution of " + nodes.front().ToString() +
+                           (nodes.size() > 1 ? " and " + std::to_string(nodes.size() - 1) + " more" : "") +
+                           " (iteration " + std::to_string(round.iteration) + ", round " +
+                           std::to_string(round.index) + ")";
   ByteReader in(OpenSealed(bytes, kMagic, kContributionVersion, what), what);
   if (round.unit_count != grid.tile_count()) in.Fail("belongs to a round of another image size");
-  if (!node.ValidIn(round.unit_count)) in.Fail("names a node that does not exist in its round");
-  Contribution contribution;
-  const uint32_t first = node.first(), units = node.end(round.unit_count) - first;
-  if (in.Get<uint32_t>() != units) in.Fail("does not hold the " + std::to_string(units) + " tiles of its node");
-  for (uint32_t i = 0; i < units; ++i) contribution.tiles.push_back(ReadTile(in, grid, first + i));
-  contribution.health = HealthReport::Read(in);
-  contribution.paths = in.Get<uint64_t>();
-  contribution.rays = in.Get<uint64_t>();
-  contribution.vertices = in.Get<uint64_t>();
+  uint32_t units = 0, end = 0;
+  for (const TreeNode node : nodes) {
+    if (!node.ValidIn(round.unit_count)) in.Fail("names a node that does not exist in its round");
+    if (node.first() < end) in.Fail("names nodes that do not ascend");
+    end = node.end(round.unit_count);
+    units += end - node.first();
+  }
+  ReceivedContribution received;
+  Contribution& rest = received.rest;
+  if (in.Get<uint32_t>() != units) in.Fail("does not hold the " + std::to_string(units) + " tiles of its nodes");
+  for (const TreeNode node : nodes) {
+    for (uint32_t unit = node.first(); unit < node.end(round.unit_count); ++unit)
+      rest.tiles.push_back(ReadTile(in, grid, unit));
+  }
+  rest.health = HealthReport::Read(in);
+  rest.paths = in.Get<uint64_t>();
+  rest.rays = in.Get<uint64_t>();
+  rest.vertices = in.Get<uint64_t>();
   if (in.GetFlag()) {
     if (!round.record) in.Fail("carries statistics, but nothing is learned from its round");
-    contribution.statistics = method.ParseStatistics(state, in.GetString());
+    received.statistics = in.GetView();
   }
   in.ExpectEnd();
-  return contribution;
+  return received;
 }
 
 }  // namespace lodestar

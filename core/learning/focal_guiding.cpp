@@ -102,11 +102,6 @@ std::unique_ptr<Statistics> FocalMethod::NewStatistics(const std::shared_ptr<con
   return std::make_unique<FocalGuidingStatistics>(FocalStatistics(AsFocal(state).shared_field()));
 }
 
-std::unique_ptr<Statistics> FocalMethod::ParseStatistics(const std::shared_ptr<const State>& state,
-                                                         std::string_view bytes) const {
-  return std::make_unique<FocalGuidingStatistics>(FocalStatistics::Parse(AsFocal(state).shared_field(), bytes));
-}
-
 std::shared_ptr<const State> FocalMethod::Advance(const std::shared_ptr<const State>& state,
                                                   const IterationResult& result) const {
   const FocalState& focal = AsFocal(state);

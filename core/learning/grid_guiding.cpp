@@ -116,11 +116,6 @@ std::unique_ptr<Statistics> GridMethod::NewStatistics(const std::shared_ptr<cons
   return std::make_unique<GridGuidingStatistics>(GridStatistics(AsGrid(state).grid()));
 }
 
-std::unique_ptr<Statistics> GridMethod::ParseStatistics(const std::shared_ptr<const State>& state,
-                                                        std::string_view bytes) const {
-  return std::make_unique<GridGuidingStatistics>(GridStatistics::Parse(AsGrid(state).grid(), bytes));
-}
-
 std::shared_ptr<const State> GridMethod::Advance(const std::shared_ptr<const State>& state,
                                                  const IterationResult& result) const {
   const GridState& grid = AsGrid(state);

@@ -71,7 +71,7 @@ class LoopCheckpoint {
     ReadPosition(in, loop.get());
     ReadFilms(in, loop.get());
     loop->learned_.reset();
-    if (in.GetFlag()) loop->learned_ = loop->method_->ParseStatistics(loop->state_, in.GetString());
+    if (in.GetFlag()) AddStatistics(*loop->method_, loop->state_, in.GetView(), &loop->learned_);
     ReadReport(in, &loop->report_);
     in.ExpectEnd();
     return loop;

@@ -42,6 +42,16 @@ const std::vector<Registered>& Registry() {
 
 }  // namespace
 
+void AddStatistics(const Method& method, const std::shared_ptr<const State>& state, std::string_view bytes,
+                   std::unique_ptr<Statistics>* sum) {
+  if (!*sum) *sum = method.NewStatistics(state);
+  if (!*sum) {
+    throw Error(ErrorKind::kCorrupt,
+                "statistics arrived for method '" + std::string(method.name()) + "', which learns nothing");
+  }
+  (*sum)->MergeSerialized(bytes);
+}
+
 std::span<const MethodEntry> Methods() {
   static const std::vector<MethodEntry> kEntries = [] {
     std::vector<MethodEntry> entries;

@@ -31,6 +31,8 @@ class Statistics {
   virtual ~Statistics() = default;
   virtual void Merge(const Statistics& other) = 0;  // of the same type and state
   virtual Bytes Serialize() const = 0;
+  // Adds what Serialize() wrote. Throws Error(kCorrupt), and kConflict for another state's; then nothing has changed.
+  virtual void MergeSerialized(std::string_view bytes) = 0;
   // Counts what was left out of them or changed.
   virtual void AddHealth(HealthReport* health) const {}
 };
@@ -75,8 +77,6 @@ class Method {
   virtual std::shared_ptr<const State> ParseState(std::string_view bytes) const = 0;
   // Null for methods that learn nothing.
   virtual std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>& state) const = 0;
-  virtual std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
-                                                      std::string_view bytes) const = 0;
   virtual std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                                const IterationResult& result) const = 0;
   // Passes of iteration k if the job goes on for ever; 0: unbounded (a method that learns nothing, or has stopped).
@@ -105,6 +105,11 @@ class Method {
   // comes first).
   virtual int TrainingIterations() const { return -1; }
 };
+
+// Adds serialized statistics of a state to `sum`, which is made where there is none yet. Throws as MergeSerialized does,
+// and Error(kCorrupt) where the method learns nothing.
+void AddStatistics(const Method& method, const std::shared_ptr<const State>& state, std::string_view bytes,
+                   std::unique_ptr<Statistics>* sum);
 
 // The registry: the one place that names methods.
 struct MethodEntry {

@@ -37,8 +37,4 @@ std::shared_ptr<const State> PathMethod::ParseState(std::string_view bytes) cons
   return Initial();
 }
 
-std::unique_ptr<Statistics> PathMethod::ParseStatistics(const std::shared_ptr<const State>&, std::string_view) const {
-  throw Error(ErrorKind::kCorrupt, "statistics arrived for method 'path', which learns nothing");
-}
-
 }  // namespace lodestar

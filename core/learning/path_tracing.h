@@ -22,8 +22,6 @@ class PathMethod final : public Method {
   std::shared_ptr<const State> Initial() const override;
   std::shared_ptr<const State> ParseState(std::string_view bytes) const override;
   std::unique_ptr<Statistics> NewStatistics(const std::shared_ptr<const State>&) const override { return nullptr; }
-  std::unique_ptr<Statistics> ParseStatistics(const std::shared_ptr<const State>& state,
-                                              std::string_view bytes) const override;
   std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                        const IterationResult&) const override {
     return state;

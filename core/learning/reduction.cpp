@@ -5,111 +5,91 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/learning/contribution.h"
 
 namespace lodestar {
-namespace {
 
-using Parts = std::map<TreeNode, Contribution>;
-
-// The parts strictly below `node` on one level are neighbours in the map.
-std::pair<Parts::const_iterator, Parts::const_iterator> Below(const Parts& parts, TreeNode node, uint32_t level) {
-  const uint32_t shift = node.level - level;
-  const uint64_t end = (uint64_t{node.index} + 1) << shift;
-  const auto first = parts.lower_bound({level, node.index << shift});
-  const auto last =
-      end > ~0u ? parts.lower_bound({level + 1, 0}) : parts.lower_bound({level, static_cast<uint32_t>(end)});
-  return {first, last};
+RoundReduction::RoundReduction(const Method& method, std::shared_ptr<const State> state, const TileGrid& grid,
+                               const Round& round)
+    : method_(method), state_(std::move(state)), grid_(grid), round_(round), covered_(round.unit_count) {
+  LODESTAR_CHECK(round.unit_count > 0);
 }
 
-bool AnyBelow(const Parts& parts, TreeNode node) {
-  for (uint32_t level = 0; level < node.level; ++level) {
-    const auto [first, last] = Below(parts, node, level);
-    if (first != last) return true;
-  }
-  return false;
-}
-
-}  // namespace
-
-RoundReduction::RoundReduction(uint32_t unit_count) : unit_count_(unit_count) {
-  LODESTAR_CHECK(unit_count > 0);
+uint32_t RoundReduction::CoveredUnits(TreeNode node) const {
+  return static_cast<uint32_t>(std::count(covered_.begin() + node.first(), covered_.begin() + node.end(units()), true));
 }
 
 bool RoundReduction::Covered(TreeNode node) const {
-  const uint32_t root = TreeNode::Root(unit_count_).level;
-  for (; node.level <= root; node = node.Parent()) {
-    if (parts_.contains(node)) return true;
+  return CoveredUnits(node) == node.end(units()) - node.first();
+}
+
+// What a part would add twice cannot be taken back out of the sums.
+bool RoundReduction::Refuses(std::span<const TreeNode> nodes) const {
+  for (const TreeNode node : nodes) {
+    if (!node.ValidIn(units())) {
+      throw Error(ErrorKind::kInvalidInput,
+                  node.ToString() + " does not exist in a round of " + std::to_string(units()) + " units");
+    }
   }
-  return false;
+  return std::ranges::any_of(nodes, [&](TreeNode node) { return CoveredUnits(node) > 0; });
+}
+
+void RoundReduction::Cover(TreeNode node) {
+  std::fill(covered_.begin() + node.first(), covered_.begin() + node.end(units()), true);
+  committed_units_ += node.end(units()) - node.first();
 }
 
 RoundReduction::Outcome RoundReduction::Commit(TreeNode node, Contribution contribution) {
-  if (!node.ValidIn(unit_count_)) {
-    throw Error(ErrorKind::kInvalidInput,
-                node.ToString() + " does not exist in a round of " + std::to_string(unit_count_) + " units");
-  }
-  if (Covered(node)) return Outcome::kCovered;
-
-  // An ancestor replaces its descendants: it holds the same work again.
-  for (uint32_t level = 0; level < node.level; ++level) {
-    const auto [first, last] = Below(parts_, node, level);
-    for (auto it = first; it != last; ++it) committed_units_ -= it->first.end(unit_count_) - it->first.first();
-    parts_.erase(first, last);
-  }
-  committed_units_ += node.end(unit_count_) - node.first();
-
-  // Upward while the sibling is there, or lies beyond the last unit and has nothing to add.
-  const TreeNode root = TreeNode::Root(unit_count_);
-  while (node != root) {
-    const TreeNode sibling{node.level, node.index ^ 1};
-    if (sibling.ValidIn(unit_count_)) {
-      const auto found = parts_.find(sibling);
-      if (found == parts_.end()) break;
-      Contribution other = std::move(found->second);
-      parts_.erase(found);
-      if (sibling.index < node.index) std::swap(contribution, other);
-      contribution.Merge(std::move(other));
-    }
-    node = node.Parent();
-  }
-  parts_.emplace(node, std::move(contribution));
+  if (Refuses({&node, 1})) return Outcome::kCovered;
+  merged_.Merge(std::move(contribution));
+  Cover(node);
   return Outcome::kCommitted;
 }
 
-bool RoundReduction::Complete() const {
-  return committed_units_ == unit_count_;
+RoundReduction::Outcome RoundReduction::Commit(std::span<const TreeNode> nodes, std::string_view bytes) {
+  if (Refuses(nodes)) return Outcome::kCovered;
+  ReceivedContribution received = ReadContribution(grid_, round_, nodes, bytes);
+  if (received.statistics) AddStatistics(method_, state_, *received.statistics, &merged_.statistics);
+  merged_.Merge(std::move(received.rest));
+  for (const TreeNode node : nodes) Cover(node);
+  return Outcome::kCommitted;
 }
 
 std::vector<TreeNode> RoundReduction::Nodes() const {
   std::vector<TreeNode> nodes;
-  nodes.reserve(parts_.size());
-  for (const auto& [node, contribution] : parts_) nodes.push_back(node);
-  std::sort(nodes.begin(), nodes.end(), [](TreeNode a, TreeNode b) { return a.first() < b.first(); });
+  const std::function<void(TreeNode)> visit = [&](TreeNode node) {
+    if (!node.ValidIn(units()) || CoveredUnits(node) == 0) return;
+    if (Covered(node)) {
+      nodes.push_back(node);
+      return;
+    }
+    visit(node.Child(0));
+    visit(node.Child(1));
+  };
+  visit(TreeNode::Root(units()));
   return nodes;
 }
 
 std::vector<TreeNode> RoundReduction::Missing(uint32_t max_level) const {
   std::vector<TreeNode> missing;
   const std::function<void(TreeNode)> visit = [&](TreeNode node) {
-    if (!node.ValidIn(unit_count_) || parts_.contains(node)) return;
-    if (node.level <= max_level && !AnyBelow(parts_, node)) {
+    if (!node.ValidIn(units()) || Covered(node)) return;
+    if (node.level <= max_level && CoveredUnits(node) == 0) {
       missing.push_back(node);
       return;
     }
-    LODESTAR_CHECK(node.level > 0);
     visit(node.Child(0));
     visit(node.Child(1));
   };
-  visit(TreeNode::Root(unit_count_));
+  visit(TreeNode::Root(units()));
   return missing;
 }
 
 Contribution RoundReduction::Take() {
-  LODESTAR_CHECK(Complete() && parts_.size() == 1);
-  Contribution root = std::move(parts_.begin()->second);
-  parts_.clear();
+  LODESTAR_CHECK(Complete());
+  covered_.assign(covered_.size(), false);
   committed_units_ = 0;
-  return root;
+  return std::exchange(merged_, {});
 }
 
 }  // namespace lodestar

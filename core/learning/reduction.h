@@ -1,9 +1,8 @@
-// The committed part of a round: an antichain of tree nodes with their contributions, merged along the fixed tree
-// whoever computed them and in whatever order they came (DESIGN: docs/architecture.md, "The contract").
+// The committed part of a round: which units are there, and all that they brought, merged as it came, by whoever
+// computed it and in whatever order (DESIGN: docs/architecture.md, "The contract").
 #pragma once
 
-#include <map>
-#include <optional>
+#include <span>
 #include <vector>
 
 #include "core/learning/method.h"
@@ -12,26 +11,38 @@ namespace lodestar {
 
 class RoundReduction {
  public:
-  explicit RoundReduction(uint32_t unit_count);
+  // Of a round under `state`; `method` lives longer.
+  RoundReduction(const Method& method, std::shared_ptr<const State> state, const TileGrid& grid, const Round& round);
 
+  // kCovered: some of its units are there already, so all of it is dropped; those that are missing stay so.
   enum class Outcome { kCommitted, kCovered };
-  // Drops a node that is covered already; replaces descendants of an ancestor; merges siblings upward as far as both
-  // are there.
   Outcome Commit(TreeNode node, Contribution contribution);
-  bool Covered(TreeNode node) const;
-  bool Complete() const;
-  std::vector<TreeNode> Nodes() const;  // the antichain, ascending by first unit
+  // From SerializeContribution(). Statistics are added straight to those that are there. Throws Error(kCorrupt) and
+  // changes nothing for anything that is not a contribution of exactly these nodes.
+  Outcome Commit(std::span<const TreeNode> nodes, std::string_view bytes);
+
+  bool Covered(TreeNode node) const;  // all of it
+  bool Complete() const { return committed_units_ == covered_.size(); }
+  std::vector<TreeNode> Nodes() const;  // maximal ones that are covered, ascending
   // Units not covered yet, as maximal aligned nodes of at most `max_level`.
   std::vector<TreeNode> Missing(uint32_t max_level) const;
   uint32_t committed_units() const { return committed_units_; }
-  const std::map<TreeNode, Contribution>& parts() const { return parts_; }  // for checkpoints
-  // The root's contribution; only when Complete().
-  Contribution Take();
+  const Contribution& merged() const { return merged_; }  // of Nodes(), for checkpoints
+  Contribution Take();                                    // only when Complete()
 
  private:
-  uint32_t unit_count_;
+  uint32_t units() const { return static_cast<uint32_t>(covered_.size()); }
+  uint32_t CoveredUnits(TreeNode node) const;
+  bool Refuses(std::span<const TreeNode> nodes) const;
+  void Cover(TreeNode node);
+
+  const Method& method_;
+  std::shared_ptr<const State> state_;
+  TileGrid grid_;
+  Round round_;
+  std::vector<bool> covered_;  // by unit
   uint32_t committed_units_ = 0;
-  std::map<TreeNode, Contribution> parts_;
+  Contribution merged_;
 };
 
 }  // namespace lodestar

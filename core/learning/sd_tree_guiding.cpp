@@ -60,11 +60,6 @@ std::unique_ptr<Statistics> SdTreeMethod::NewStatistics(const std::shared_ptr<co
   return std::make_unique<SdTreeGuidingStatistics>(SdTreeStatistics(AsSdTree(state).shared_tree()));
 }
 
-std::unique_ptr<Statistics> SdTreeMethod::ParseStatistics(const std::shared_ptr<const State>& state,
-                                                          std::string_view bytes) const {
-  return std::make_unique<SdTreeGuidingStatistics>(SdTreeStatistics::Parse(AsSdTree(state).shared_tree(), bytes));
-}
-
 std::shared_ptr<const State> SdTreeMethod::Advance(const std::shared_ptr<const State>& state,
                                                    const IterationResult& result) const {
   if (result.statistics == nullptr) return state;

@@ -57,7 +57,7 @@ TEST_P(Resume, CheckpointedPartsAreNotRenderedAgain) {
         const std::string hash = row.Text(0);
         const auto position = JobCheckpoint::Parse(Decompress(farm->blobs().Read({hash}), "checkpoint"));
         uint32_t units = 0;
-        for (const auto& part : position.parts) units += part.node.end(round->unit_count) - part.node.first();
+        for (const TreeNode node : position.nodes) units += node.end(round->unit_count) - node.first();
         return position.round == *round && units == before.size();
       } catch (const Error&) {
         return false;  // between two commits

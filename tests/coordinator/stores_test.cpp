@@ -204,15 +204,15 @@ TEST(Checkpoint, SurvivesAndRefusesOtherVersions) {
   c.loop = std::string("\0loop", 5);
   c.round = {1, 2, 3, 4, 5, false};
   c.state = {std::string(64, 'c')};
-  c.parts = {{{0, 1}, "one"}, {{2, 1}, "two"}};
+  c.nodes = {{0, 1}, {2, 1}};
+  c.merged = "both";
   auto bytes = c.Serialize();
   const auto back = JobCheckpoint::Parse(bytes);
   EXPECT_EQ(back.loop, c.loop);
   EXPECT_EQ(back.round, c.round);
   EXPECT_EQ(back.state, c.state);
-  ASSERT_EQ(back.parts.size(), 2u);
-  EXPECT_EQ(back.parts[1].node, (TreeNode{2, 1}));
-  EXPECT_EQ(back.parts[1].contribution, "two");
+  EXPECT_EQ(back.nodes, c.nodes);
+  EXPECT_EQ(back.merged, c.merged);
   for (size_t cut = 0; cut < bytes.size(); ++cut) EXPECT_THROW(JobCheckpoint::Parse(bytes.substr(0, cut)), Error);
   bytes[4] = 9;
   try {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/guiding/focal_testing.h"
+#include "tests/guiding/from_bytes.h"
 
 namespace lodestar {
 namespace {
@@ -119,7 +120,7 @@ TEST(FocalStatistics, MergesToTheSameBitsInAnyOrder) {
     parts[6].Merge(parts[0]);
     for (const int i : {5, 3, 2}) parts[6].Merge(parts[i]);
     EXPECT_TRUE(parts[6].Serialize() == whole.Serialize());
-    const FocalStatistics again = FocalStatistics::Parse(field, whole.Serialize());
+    const FocalStatistics again = test::FromBytes<FocalStatistics>(field, whole.Serialize());
     EXPECT_TRUE(again.Serialize() == whole.Serialize());
     EXPECT_EQ(Advance(*field, again)->fingerprint(), Advance(*field, parts[6])->fingerprint());
     EXPECT_EQ(again.counts(), whole.counts());
@@ -161,9 +162,9 @@ TEST(FocalStatistics, CorruptBytesAreRefusedOrValid) {
   const auto field = Train(training, 7);
   const Bytes bytes = focal_testing::Recorded(field, training, 5, 50).Serialize();
   for (size_t size = 0; size < bytes.size(); size += size < 300 ? 1 : 41)
-    ASSERT_THROW(FocalStatistics::Parse(field, std::string_view(bytes).substr(0, size)), Error) << size;
-  EXPECT_THROW(FocalStatistics::Parse(field, bytes + '\0'), Error);
-  EXPECT_THROW(FocalStatistics::Parse(Train(training, 6), bytes), Error);
+    ASSERT_THROW(test::FromBytes<FocalStatistics>(field, std::string_view(bytes).substr(0, size)), Error) << size;
+  EXPECT_THROW(test::FromBytes<FocalStatistics>(field, bytes + '\0'), Error);
+  EXPECT_THROW(test::FromBytes<FocalStatistics>(Train(training, 6), bytes), Error);
   Random random(12);
   int refused = 0;
   for (int trial = 0; trial < 1000; ++trial) {
@@ -171,7 +172,7 @@ TEST(FocalStatistics, CorruptBytesAreRefusedOrValid) {
     for (int flips = 1 + trial % 3; flips > 0; --flips)
       changed[random.Next() % changed.size()] ^= static_cast<char>(1 << (trial % 8));
     try {
-      ASSERT_TRUE(FocalStatistics::Parse(field, changed).Serialize() == changed);
+      ASSERT_TRUE(test::FromBytes<FocalStatistics>(field, changed).Serialize() == changed);
     } catch (const Error&) {
       ++refused;
     }

@@ -2,6 +2,7 @@
 // they are broken.
 #include <gtest/gtest.h>
 
+#include "tests/guiding/from_bytes.h"
 #include "tests/guiding/grid_testing.h"
 
 namespace lodestar {
@@ -37,7 +38,7 @@ TEST(GridStatistics, AnyPartitionAndOrderGiveTheSameBytes) {
       GridStatistics one(grid);
       for (size_t i = values.size(); i-- > 0;)
         if (i % parts == part) one.Record(values[i].cell, values[i].direction, values[i].luminance);
-      merged.Merge(GridStatistics::Parse(grid, one.Serialize()));
+      merged.MergeSerialized(one.Serialize());
     }
     EXPECT_TRUE(merged.Serialize() == whole.Serialize());
     EXPECT_TRUE(Advance(*grid, merged)->Serialize() == Advance(*grid, whole)->Serialize());
@@ -57,16 +58,16 @@ TEST(GridStatistics, CorruptBytesAreRefusedOrValid) {
   const auto grid = RadianceGrid::Initial(kUnit, Small());
   const Bytes bytes = Recorded(grid, kUnit, 3, 200).Serialize();
   for (size_t size = 0; size < bytes.size(); size += size < 80 ? 1 : 13)
-    ASSERT_THROW(GridStatistics::Parse(grid, std::string_view(bytes).substr(0, size)), Error);
-  EXPECT_THROW(GridStatistics::Parse(grid, bytes + '\0'), Error);
-  EXPECT_THROW(GridStatistics::Parse(Train(Small(), kUnit, 100), bytes), Error);
+    ASSERT_THROW(test::FromBytes<GridStatistics>(grid, std::string_view(bytes).substr(0, size)), Error);
+  EXPECT_THROW(test::FromBytes<GridStatistics>(grid, bytes + '\0'), Error);
+  EXPECT_THROW(test::FromBytes<GridStatistics>(Train(Small(), kUnit, 100), bytes), Error);
   Random random(4);
   int refused = 0;
   for (int trial = 0; trial < 2000; ++trial) {
     Bytes changed = bytes;
     changed[random.Next() % (trial % 2 ? changed.size() : 100)] ^= static_cast<char>(1 << (trial % 8));
     try {
-      ASSERT_TRUE(GridStatistics::Parse(grid, changed).Serialize() == changed);
+      ASSERT_TRUE(test::FromBytes<GridStatistics>(grid, changed).Serialize() == changed);
     } catch (const Error&) {
       ++refused;
     }

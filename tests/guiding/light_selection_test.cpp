@@ -122,7 +122,7 @@ TEST(LightSelection, MergesExactlyAndTravels) {
   for (int part = 2; part >= 0; --part) {
     SdTreeStatistics one(tree);
     RecordLights(one, 8, 5000, part, 3);
-    merged.Merge(SdTreeStatistics::Parse(tree, one.Serialize()));
+    merged.MergeSerialized(one.Serialize());
   }
   EXPECT_EQ(merged.Serialize(), whole.Serialize());
   const Bytes state = Advance(*tree, merged, 4)->Serialize();

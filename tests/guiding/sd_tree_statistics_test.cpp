@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "tests/guiding/from_bytes.h"
 #include "tests/guiding/synthetic.h"
 
 namespace lodestar {
@@ -57,7 +58,7 @@ TEST(SdTreeStatistics, AnyPartitionGivesTheSameBits) {
         const size_t from = 1 + rng() % (parts.size() - 1), to = rng() % from;
         // Half of the parts travel.
         if (rng() % 2) {
-          parts[to].Merge(SdTreeStatistics::Parse(tree, parts[from].Serialize()));
+          parts[to].MergeSerialized(parts[from].Serialize());
         } else {
           parts[to].Merge(parts[from]);
         }
@@ -186,10 +187,10 @@ TEST(SdTreeStatistics, CorruptBytesAreRefusedOrValid) {
   statistics.Record(synthetic::MakeRecords(*tree, synthetic::MovingLobes, 1, 3, 200), 5);
   const Bytes bytes = statistics.Serialize();
   for (size_t size = 0; size < bytes.size(); ++size) {
-    ASSERT_THROW(SdTreeStatistics::Parse(tree, std::string_view(bytes).substr(0, size)), Error) << size;
+    ASSERT_THROW(test::FromBytes<SdTreeStatistics>(tree, std::string_view(bytes).substr(0, size)), Error) << size;
   }
-  EXPECT_THROW(SdTreeStatistics::Parse(tree, bytes + '\0'), Error);
-  EXPECT_THROW(SdTreeStatistics::Parse(SdTree::Initial(synthetic::UnitCube(), SdTreeOptions{}), bytes), Error);
+  EXPECT_THROW(test::FromBytes<SdTreeStatistics>(tree, bytes + '\0'), Error);
+  EXPECT_THROW(test::FromBytes<SdTreeStatistics>(SdTree::Initial(synthetic::UnitCube(), SdTreeOptions{}), bytes), Error);
   std::mt19937 rng(8);
   int refused = 0;
   for (int trial = 0; trial < 3000; ++trial) {
@@ -197,7 +198,7 @@ TEST(SdTreeStatistics, CorruptBytesAreRefusedOrValid) {
     for (int flips = 1 + static_cast<int>(rng() % 3); flips > 0; --flips)
       changed[rng() % changed.size()] ^= static_cast<char>(1 << (rng() % 8));
     try {
-      const SdTreeStatistics parsed = SdTreeStatistics::Parse(tree, changed);
+      const SdTreeStatistics parsed = test::FromBytes<SdTreeStatistics>(tree, changed);
       ASSERT_EQ(parsed.Serialize(), changed);  // canonical: what is accepted is what is written
     } catch (const Error&) {
       ++refused;

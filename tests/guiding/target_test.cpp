@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "core/guiding/sd_tree_advance.h"
+#include "tests/guiding/from_bytes.h"
 #include "tests/guiding/synthetic.h"
 
 namespace lodestar {
@@ -146,7 +147,7 @@ TEST(Halves, AndLightSharesTravel) {
   SdTreeStatistics statistics = Bursts(tree, 5000, 11);
   statistics.Record(NeeRecord{0.5f, 2.0f, 3, 0});
   const Bytes bytes = statistics.Serialize();
-  const SdTreeStatistics read = SdTreeStatistics::Parse(tree, bytes);
+  const SdTreeStatistics read = test::FromBytes<SdTreeStatistics>(tree, bytes);
   EXPECT_EQ(read.Serialize(), bytes);
   EXPECT_EQ(read.leaf(0).nee.count, 1u);
   EXPECT_EQ(Advance(*tree, read, 4)->Serialize(), Advance(*tree, statistics, 4)->Serialize());

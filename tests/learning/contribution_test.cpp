@@ -26,7 +26,9 @@ class ContributionTest : public ::testing::Test {
     return sum;
   }
   Contribution Parse(std::string_view bytes, TreeNode node) const {
-    return ParseContribution(*method_, state_, grid_, round_, node, bytes);
+    ReceivedContribution received = ReadContribution(grid_, round_, {&node, 1}, bytes);
+    if (received.statistics) AddStatistics(*method_, state_, *received.statistics, &received.rest.statistics);
+    return std::move(received.rest);
   }
   std::string Refusal(std::string_view bytes, TreeNode node) const {
     try {
@@ -72,7 +74,7 @@ TEST_F(ContributionTest, ForeignContentIsRefused) {
   const TreeNode sibling{1, 0};
   EXPECT_NE(Refusal(SerializeContribution(Render(sibling)), node_).find("holds tile 0 where tile 2 belongs"),
             std::string::npos);
-  EXPECT_NE(Refusal(SerializeContribution(Render({2, 0})), node_).find("does not hold the 2 tiles of its node"),
+  EXPECT_NE(Refusal(SerializeContribution(Render({2, 0})), node_).find("does not hold the 2 tiles of its nodes"),
             std::string::npos);
   EXPECT_NE(Refusal(SerializeContribution(Render(node_)), {4, 0}).find("node that does not exist"), std::string::npos);
 
@@ -117,8 +119,8 @@ TEST_F(ContributionTest, StatisticsOfAnotherStateAreRefused) {
 
 TEST_F(ContributionTest, AnotherImageSizeIsRefused) {
   const Bytes bytes = SerializeContribution(Render(node_));
-  EXPECT_THROW(ParseContribution(*method_, state_, TileGrid(41, 25), round_, node_, bytes), Error);
-  EXPECT_THROW(ParseContribution(*method_, state_, TileGrid(400, 240), round_, node_, bytes), Error);
+  EXPECT_THROW(ReadContribution(TileGrid(41, 25), round_, {&node_, 1}, bytes), Error);
+  EXPECT_THROW(ReadContribution(TileGrid(400, 240), round_, {&node_, 1}, bytes), Error);
 }
 
 }  // namespace

@@ -154,7 +154,8 @@ TEST(PathMethod, HasNothingToLearn) {
   EXPECT_NO_THROW(method->ParseState(""));
   EXPECT_THROW(method->ParseState("x"), Error);
   EXPECT_EQ(method->NewStatistics(state), nullptr);
-  EXPECT_THROW(method->ParseStatistics(state, ""), Error);
+  std::unique_ptr<Statistics> none;
+  EXPECT_THROW(AddStatistics(*method, state, "", &none), Error);
   EXPECT_EQ(method->IterationPasses(*state, 3), 0u);
 }
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/learning/contribution.h"
+#include "core/learning/loop.h"
 #include "tests/learning/synthetic.h"
 
 namespace lodestar {
@@ -17,8 +19,17 @@ Contribution TileOnly(uint32_t first, uint32_t end, uint64_t paths_per_unit = 1)
   return contribution;
 }
 
-TEST(Reduction, SiblingsMergeUpwardAtOnce) {
-  RoundReduction reduction(8);
+// A round of `units` tiles in a row, of a job that learns nothing.
+class ReductionTest : public ::testing::Test {
+ protected:
+  RoundReduction NewReduction(uint32_t units) const {
+    return {*method_, method_->Initial(), TileGrid(units * TileGrid::kTileSize, 1), {0, 0, 0, 1, units, false}};
+  }
+  const std::unique_ptr<Method> method_ = MakeMethod(test::SyntheticJob("path", 1), test::SyntheticSurvey());
+};
+
+TEST_F(ReductionTest, CoversInAnyOrder) {
+  RoundReduction reduction = NewReduction(8);
   EXPECT_EQ(reduction.Commit({0, 1}, TileOnly(1, 2)), Outcome::kCommitted);
   EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{0, 1}}));
   EXPECT_EQ(reduction.Commit({0, 0}, TileOnly(0, 1)), Outcome::kCommitted);
@@ -26,17 +37,18 @@ TEST(Reduction, SiblingsMergeUpwardAtOnce) {
   EXPECT_EQ(reduction.Commit({2, 1}, TileOnly(4, 8)), Outcome::kCommitted);
   EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{1, 0}, {2, 1}}));
   EXPECT_EQ(reduction.committed_units(), 6u);
+  EXPECT_EQ(reduction.merged().paths, 6u);
   EXPECT_FALSE(reduction.Complete());
   EXPECT_EQ(reduction.Commit({1, 1}, TileOnly(2, 4)), Outcome::kCommitted);
   ASSERT_TRUE(reduction.Complete());
-  EXPECT_EQ(reduction.parts().size(), 1u);
+  EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{3, 0}}));
   const Contribution root = reduction.Take();
   ASSERT_EQ(root.tiles.size(), 8u);
   for (uint32_t i = 0; i < 8; ++i) EXPECT_EQ(root.tiles[i].tile, i);
 }
 
-TEST(Reduction, TheEdgeNeedsNoSibling) {
-  RoundReduction reduction(5);  // the block of unit 4 is cut at every level
+TEST_F(ReductionTest, TheEdgeNeedsNoSibling) {
+  RoundReduction reduction = NewReduction(5);  // the block of unit 4 is cut at every level
   EXPECT_EQ(reduction.Commit({0, 4}, TileOnly(4, 5)), Outcome::kCommitted);
   EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{2, 1}}));
   EXPECT_TRUE(reduction.Covered({1, 2}));
@@ -44,41 +56,37 @@ TEST(Reduction, TheEdgeNeedsNoSibling) {
   EXPECT_TRUE(reduction.Complete());
 }
 
-TEST(Reduction, OneUnit) {
-  RoundReduction reduction(1);
+TEST_F(ReductionTest, OneUnit) {
+  RoundReduction reduction = NewReduction(1);
   EXPECT_EQ(reduction.Commit({0, 0}, TileOnly(0, 1)), Outcome::kCommitted);
   EXPECT_TRUE(reduction.Complete());
   EXPECT_EQ(reduction.Commit({0, 0}, TileOnly(0, 1)), Outcome::kCovered);
 }
 
-TEST(Reduction, CoveredNodesAreDropped) {
-  RoundReduction reduction(16);
+TEST_F(ReductionTest, CoveredNodesAreDropped) {
+  RoundReduction reduction = NewReduction(16);
   reduction.Commit({2, 1}, TileOnly(4, 8, 1));
   for (const TreeNode node : {TreeNode{2, 1}, TreeNode{1, 2}, TreeNode{0, 7}}) {
     EXPECT_TRUE(reduction.Covered(node));
     EXPECT_EQ(reduction.Commit(node, TileOnly(node.first(), node.end(16), 100)), Outcome::kCovered);
   }
-  EXPECT_EQ(reduction.parts().begin()->second.paths, 4u);
+  EXPECT_EQ(reduction.merged().paths, 4u);
   EXPECT_FALSE(reduction.Covered({3, 0}));
   EXPECT_FALSE(reduction.Covered({2, 0}));
 }
 
-TEST(Reduction, AnAncestorReplacesItsDescendants) {
-  RoundReduction reduction(16);
+TEST_F(ReductionTest, WhatOverlapsIsDroppedAndItsRestStaysMissing) {
+  RoundReduction reduction = NewReduction(16);
   reduction.Commit({0, 0}, TileOnly(0, 1, 5));
   reduction.Commit({1, 1}, TileOnly(2, 4, 5));
-  reduction.Commit({0, 6}, TileOnly(6, 7, 5));
-  reduction.Commit({0, 9}, TileOnly(9, 10, 7));  // not below it
-  EXPECT_EQ(reduction.committed_units(), 5u);
-  EXPECT_EQ(reduction.Commit({3, 0}, TileOnly(0, 8, 1)), Outcome::kCommitted);
-  EXPECT_EQ(reduction.committed_units(), 9u);
-  EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{3, 0}, {0, 9}}));
-  EXPECT_EQ(reduction.parts().at({3, 0}).paths, 8u);
-  EXPECT_EQ(reduction.parts().at({0, 9}).paths, 7u);
+  EXPECT_EQ(reduction.Commit({3, 0}, TileOnly(0, 8, 1)), Outcome::kCovered);
+  EXPECT_EQ(reduction.committed_units(), 3u);
+  EXPECT_EQ(reduction.merged().paths, 15u);
+  EXPECT_EQ(reduction.Missing(2), (std::vector<TreeNode>{{0, 1}, {2, 1}, {2, 2}, {2, 3}}));
 }
 
-TEST(Reduction, MissingAreMaximalAlignedNodes) {
-  RoundReduction reduction(11);
+TEST_F(ReductionTest, MissingAreMaximalAlignedNodes) {
+  RoundReduction reduction = NewReduction(11);
   EXPECT_EQ(reduction.Missing(10), (std::vector<TreeNode>{{4, 0}}));
   EXPECT_EQ(reduction.Missing(2), (std::vector<TreeNode>{{2, 0}, {2, 1}, {2, 2}}));
   EXPECT_EQ(reduction.Missing(0).size(), 11u);
@@ -91,12 +99,65 @@ TEST(Reduction, MissingAreMaximalAlignedNodes) {
   EXPECT_TRUE(reduction.Missing(3).empty());
 }
 
-TEST(Reduction, NodesFromOutsideAreChecked) {
-  RoundReduction reduction(11);
+TEST_F(ReductionTest, NodesFromOutsideAreChecked) {
+  RoundReduction reduction = NewReduction(11);
   for (const TreeNode node : {TreeNode{5, 0}, TreeNode{0, 11}, TreeNode{2, 3}, TreeNode{200, 0}, TreeNode{1, ~0u}}) {
     EXPECT_THROW(reduction.Commit(node, {}), Error) << node.ToString();
   }
   EXPECT_EQ(reduction.committed_units(), 0u);
+}
+
+// Statistics that end early must not leave half of themselves behind: the same nodes come again from another worker.
+TEST(Reduction, DamagedStatisticsLeaveNothingBehind) {
+  const Loop loop(test::SyntheticJob("sdtree", 8), test::SyntheticSurvey(90, 50));
+  const TileGrid grid(90, 50);
+  const Round round{1, 0, 1, 2, grid.tile_count(), true};
+  const TreeNode root = TreeNode::Root(round.unit_count);
+  Contribution whole;
+  for (uint32_t unit = 0; unit < round.unit_count; ++unit)
+    whole.Merge(test::RenderUnit(loop.job(), loop.method(), loop.state(), grid, round, unit));
+  class Cut final : public Statistics {
+   public:
+    explicit Cut(Bytes bytes) : bytes_(std::move(bytes)) {}
+    void Merge(const Statistics&) override {}
+    Bytes Serialize() const override { return bytes_; }
+    void MergeSerialized(std::string_view) override {}
+
+   private:
+    Bytes bytes_;
+  };
+  const Bytes sound = SerializeContribution(whole), statistics = whole.statistics->Serialize();
+  RoundReduction reduction(loop.method(), loop.state(), grid, round);
+  for (const size_t size : {size_t{0}, statistics.size() / 2, statistics.size() - 1}) {
+    whole.statistics = std::make_unique<Cut>(statistics.substr(0, size));
+    EXPECT_THROW(reduction.Commit({&root, 1}, SerializeContribution(whole)), Error) << size;
+    EXPECT_TRUE(reduction.Nodes().empty());
+  }
+  EXPECT_EQ(reduction.Commit({&root, 1}, sound), Outcome::kCommitted);
+  EXPECT_TRUE(SerializeContribution(reduction.Take()) == sound);
+}
+
+// What a checkpoint holds of a round: several nodes in one contribution.
+TEST(Reduction, GoesOnFromTheBytesOfSeveralNodes) {
+  const Loop loop(test::SyntheticJob("sdtree", 8), test::SyntheticSurvey(90, 50));
+  const TileGrid grid(90, 50);
+  const Round round{1, 0, 1, 2, grid.tile_count(), true};
+  const auto render = [&](TreeNode node) {
+    Contribution sum;
+    for (uint32_t unit = node.first(); unit < node.end(round.unit_count); ++unit)
+      sum.Merge(test::RenderUnit(loop.job(), loop.method(), loop.state(), grid, round, unit));
+    return sum;
+  };
+  RoundReduction first(loop.method(), loop.state(), grid, round), second(loop.method(), loop.state(), grid, round);
+  for (const TreeNode node : {TreeNode{0, 5}, TreeNode{1, 0}}) first.Commit(node, render(node));
+  const Bytes merged = SerializeContribution(first.merged());
+  EXPECT_THROW(second.Commit(std::vector<TreeNode>{{0, 5}, {1, 0}}, merged), Error) << "not ascending";
+  ASSERT_EQ(second.Commit(first.Nodes(), merged), Outcome::kCommitted);
+  EXPECT_EQ(second.Nodes(), first.Nodes());
+  for (RoundReduction* reduction : {&first, &second}) {
+    for (const TreeNode node : reduction->Missing(1)) reduction->Commit(node, render(node));
+  }
+  EXPECT_TRUE(SerializeContribution(first.Take()) == SerializeContribution(second.Take()));
 }
 
 TEST(Reduction, MergesEmptySingleAndUnequalParts) {

@@ -98,7 +98,7 @@ class SyntheticExecutor final : public Executor {
   struct Options {
     uint64_t shuffle = 0;        // 0: in order, unit by unit; else the seed of order and partition
     bool through_bytes = false;  // as the farm: every contribution is serialized and parsed
-    bool detours = false;        // duplicates, late submits, covered nodes, ancestors that replace descendants
+    bool detours = false;        // duplicates, late submits, covered nodes, ancestors of what is there
     float noise = 1;
     double seconds_per_pass = 1;  // moved on `clock`
     ManualClock* clock = nullptr;
@@ -122,11 +122,11 @@ class SyntheticExecutor final : public Executor {
     }
     expected_ = std::exchange(announced_, std::nullopt);
     rounds.push_back(round);
-    RoundReduction reduction(round.unit_count);
+    RoundReduction reduction(method_, state, grid_, round);
     for (const TreeNode node : Partition(round.unit_count)) Submit(&reduction, state, round, node);
     EXPECT_TRUE(reduction.Complete());
     if (options_.detours) {
-      EXPECT_EQ(reduction.Commit({0, 0}, RenderNode(state, round, {0, 0})), RoundReduction::Outcome::kCovered);  // late
+      EXPECT_EQ(Commit(&reduction, state, round, {0, 0}), RoundReduction::Outcome::kCovered);  // late
     }
     if (options_.clock != nullptr) {
       options_.clock->Advance(std::chrono::duration_cast<Clock::Duration>(
@@ -164,22 +164,29 @@ class SyntheticExecutor final : public Executor {
     for (uint32_t unit = node.first(); unit < node.end(round.unit_count); ++unit) units.push_back(unit);
     if (options_.shuffle != 0) std::reverse(units.begin(), units.end());
     for (const uint32_t unit : units) sum.Merge(RenderUnit(job_, method_, state, grid_, round, unit, options_.noise));
-    if (!options_.through_bytes) return sum;
-    return ParseContribution(method_, state, grid_, round, node, SerializeContribution(sum));
+    return sum;
+  }
+
+  RoundReduction::Outcome Commit(RoundReduction* reduction, const std::shared_ptr<const State>& state,
+                                 const Round& round, TreeNode node) {
+    Contribution contribution = RenderNode(state, round, node);
+    return options_.through_bytes ? reduction->Commit({&node, 1}, SerializeContribution(contribution))
+                                  : reduction->Commit(node, std::move(contribution));
   }
 
   void Submit(RoundReduction* reduction, const std::shared_ptr<const State>& state, const Round& round, TreeNode node) {
+    using enum RoundReduction::Outcome;
     if (options_.detours && node.level > 0) {
-      // A descendant comes first, twice; its ancestor then replaces it.
-      TreeNode child = node.Child(0);
-      EXPECT_EQ(reduction->Commit(child, RenderNode(state, round, child)), RoundReduction::Outcome::kCommitted);
-      EXPECT_EQ(reduction->Commit(child, RenderNode(state, round, child)), RoundReduction::Outcome::kCovered);
-      // A cut at the edge may have made the child's parent complete already.
-      const bool covered = reduction->Covered(node);
-      EXPECT_EQ(reduction->Commit(node, RenderNode(state, round, node)),
-                covered ? RoundReduction::Outcome::kCovered : RoundReduction::Outcome::kCommitted);
+      // A descendant comes first, twice; its ancestor is dropped then, and the other descendant has to come by itself.
+      const TreeNode child = node.Child(0), other = node.Child(1);
+      EXPECT_EQ(Commit(reduction, state, round, child), kCommitted);
+      EXPECT_EQ(Commit(reduction, state, round, child), kCovered);
+      EXPECT_EQ(Commit(reduction, state, round, node), kCovered);
+      if (other.ValidIn(round.unit_count)) {
+        EXPECT_EQ(Commit(reduction, state, round, other), kCommitted);
+      }
     } else {
-      EXPECT_EQ(reduction->Commit(node, RenderNode(state, round, node)), RoundReduction::Outcome::kCommitted);
+      EXPECT_EQ(Commit(reduction, state, round, node), kCommitted);
     }
   }
 

@@ -77,7 +77,7 @@ class ShuffledExecutor final : public Executor {
 
   std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
                                       const StopToken& stop) override {
-    RoundReduction reduction(round.unit_count);
+    RoundReduction reduction(method_, state, grid_, round);
     while (!reduction.Complete()) {
       std::vector<TreeNode> nodes = reduction.Missing(random_() % 3);
       std::shuffle(nodes.begin(), nodes.end(), random_);
@@ -85,7 +85,7 @@ class ShuffledExecutor final : public Executor {
         if (random_() % 4 == 0) continue;  // lost
         const Bytes bytes = SerializeContribution(*local_.ExecuteNode(state, round, node, stop));
         for (uint32_t copies = 1 + random_() % 2; copies-- > 0;)
-          reduction.Commit(node, ParseContribution(method_, state, grid_, round, node, bytes));
+          reduction.Commit({&node, 1}, bytes);
       }
     }
     return reduction.Take();
