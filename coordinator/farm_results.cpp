@@ -68,12 +68,12 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
   job->lost.clear();
   const uint32_t units = header.node.end(open->round.unit_count) - header.node.first();
   const auto mix = [](double old, double now, double share) { return old > 0 ? old + share * (now - old) : now; };
-  run->mean.seconds_per_lease = mix(run->mean.seconds_per_lease, cost, 0.2);
+  run->seconds_per_lease = mix(run->seconds_per_lease, cost, 0.2);
   if (header.seconds > 0) {
-    const double speed = header.seconds / units;
-    double& own = run->seconds_per_unit[header.worker];
-    own = mix(own, speed, 0.3);
-    run->mean.seconds_per_unit = mix(run->mean.seconds_per_unit, speed, 0.2);
+    const double pass = header.seconds / units / open->round.passes;
+    double& own = run->pass_seconds[header.worker];
+    own = mix(own, pass, 0.3);
+    run->mean_pass_seconds = mix(run->mean_pass_seconds, pass, 0.2);
     if (auto it = workers_.find(header.worker); it != workers_.end()) {
       it->second.units += units;
       it->second.seconds += header.seconds;

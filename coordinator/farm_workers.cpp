@@ -65,18 +65,26 @@ std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& wo
         LeftToOthers(*job, id))
       continue;
     JobRun& run = *job->run;
-    const auto own = run.seconds_per_unit.find(id);
-    LeaseCosts costs = run.mean;
-    if (own != run.seconds_per_unit.end()) costs.seconds_per_unit = own->second;
+    const auto pass_seconds = [&](const WorkerId& of) {
+      const auto own = run.pass_seconds.find(of);
+      return own != run.pass_seconds.end() ? own->second : run.mean_pass_seconds;
+    };
+    const auto speed = [&](const WorkerId& of) { return run.mean_pass_seconds > 0 ? 1 / pass_seconds(of) : 1; };
+    double all = 0;
+    for (const auto& [other, of] : workers_) {
+      if (of.info.Fingerprint() == job->stored.fingerprint) all += speed(other);
+    }
+    const double share = speed(id) / all;
     for (size_t i = 0; i < run.open.size(); ++i) {
       OpenRound& open = *run.open[i];
       std::optional<LeaseEntry> entry;
       if (copies) {
-        entry = open.leases.GrantCopy(NewLeaseId(), id, run.mean.seconds_per_unit);
+        entry = open.leases.GrantCopy(NewLeaseId(), id, run.mean_pass_seconds * open.round.passes);
       } else {
         open.leases.set_bytes_per_unit(run.bytes_per_unit);
-        const uint32_t units = LeaseUnits(options_.sizing, open.leases.free_units(), open.leases.unit_count(),
-                                          LiveWorkers(job->stored.fingerprint), costs, i + 1 < run.open.size());
+        const LeaseCosts costs{pass_seconds(id) * open.round.passes, run.seconds_per_lease};
+        const uint32_t units = LeaseUnits(options_.sizing, open.leases.free_units(), open.leases.unit_count(), share,
+                                          costs, i + 1 < run.open.size());
         entry = open.leases.Grant(NewLeaseId(), id, units);
       }
       if (entry) return Describe(*job, *entry, open);

@@ -38,10 +38,9 @@ struct JobRun {
   ContentHash state_hash;
   std::shared_ptr<const Bytes> state_compressed;  // as it is sent
   std::vector<std::shared_ptr<OpenRound>> open;   // the round under way, and the announced one that may follow it
-  // For lease sizes only.
-  std::map<WorkerId, double> seconds_per_unit;
-  LeaseCosts mean;
-  double bytes_per_unit = 0;
+  // For lease sizes only; 0: unknown.
+  std::map<WorkerId, double> pass_seconds;  // of one pass over one unit
+  double mean_pass_seconds = 0, seconds_per_lease = 0, bytes_per_unit = 0;
 };
 
 struct SurveyLease {

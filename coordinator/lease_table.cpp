@@ -155,21 +155,15 @@ bool LeaseTable::Covered(TreeNode node) const {
   return true;
 }
 
-uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers,
+uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, double share,
                     const LeaseCosts& costs, bool more_follows) {
-  const double all = std::max(workers, 1u), part = (more_follows ? unit_count : free_units) / all;
-  // Step 1: the work. A sixth of a part keeps workers of different speed even; at a round's end a third of what is
-  // left.
-  double units = more_follows ? unit_count / (6 * all) : std::min(unit_count / (6 * all), part / 3);
+  const double part = share * (more_follows ? unit_count : free_units);
+  double units = part / 12;
   if (costs.seconds_per_unit > 0) {
-    units = std::min(units, sizing.seconds / costs.seconds_per_unit);
-    // Step 2: what it costs beside.
-    units = std::max(units, sizing.costs * costs.seconds_per_lease / costs.seconds_per_unit);
+    const double cost = costs.seconds_per_lease / costs.seconds_per_unit;
+    units = std::max(std::min(part / 2, sizing.seconds / costs.seconds_per_unit), sizing.costs * cost);
     units = std::min(units, more_follows ? part : part / 2);
-    // Step 3: an uneven end costs half a lease's work, a lease its merging: not below what keeps these alike. Rounding
-    // may add two fifths; it stays within a part.
-    units =
-        std::max(units, std::min(0.7 * part, sizing.least_costs * costs.seconds_per_lease / costs.seconds_per_unit));
+    units = std::max(units, std::min<double>(free_units, sizing.least_costs * cost));
   }
   // The nearest power of two: blocks are aligned.
   const auto whole = static_cast<uint32_t>(std::max(1.0, units * 1.4));

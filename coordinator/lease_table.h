@@ -81,19 +81,21 @@ class LeaseTable {
   std::map<LeaseId, LeaseEntry> leases_;
 };
 
-// How many units a fresh lease should have: `seconds` of work, or a sixth of its worker's part where the round has less
-// than six such leases for each. Moreover at least `costs` times what its transfer and merge take; but, whatever that
-// is, never more than a worker's part of the round, and half of its part of what is left where no more work follows at
-// once, so that all end together, down to `least_costs` times the same. For scheduling only.
+// How many units a fresh lease should have: `seconds` of work, or half of its worker's part of the round (`share` of it,
+// by its speed) where the round is short. Moreover at least `costs` times what its transfer and merge take; but,
+// whatever that is, never more than that part, and half of the same part of what is left where no more work follows at
+// once, so that all end together (guided self-scheduling: Polychronopoulos and Kuck 1987), down to `least_costs` times
+// the same: an uneven end costs half a lease's work, one more lease its transfer and merge. While no cost is known: a
+// twelfth of the part. For scheduling only.
 struct LeaseSizing {
-  double seconds = 2, costs = 50, least_costs = 10;
+  double seconds = 2, costs = 50, least_costs = 3;
 };
-// What is known of a job's units and leases; 0: nothing yet.
+// What is known of a round's units and leases; 0: nothing yet.
 struct LeaseCosts {
-  double seconds_per_unit = 0;   // of rendering
+  double seconds_per_unit = 0;   // of rendering, by the worker that asks
   double seconds_per_lease = 0;  // of transfer and merge
 };
-uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, uint32_t workers,
+uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, double share,
                     const LeaseCosts& costs, bool more_follows);
 
 }  // namespace lodestar

@@ -22,6 +22,10 @@ class LoadedJob {
   std::shared_ptr<const State> StateFor(const ContentHash& hash, WorkClient& client);
   std::optional<Contribution> Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads,
                                       const StopToken& stop);
+  // LocalExecutor::Recycle
+  void Recycle(const std::shared_ptr<const State>& state, std::unique_ptr<Statistics> statistics) {
+    executor_->Recycle(state, std::move(statistics));
+  }
 
  private:
   const JobDescription description_;

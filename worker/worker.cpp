@@ -320,6 +320,8 @@ void Worker::Render(const Held& held) {
   ++leases_;
   rendering_seconds_ += delivery.header.seconds;
   delivery.contribution = std::move(*contribution);
+  delivery.job = std::move(job);
+  delivery.state = std::move(state);
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return deliveries_.size() < kUndelivered || abandon_.Requested(); });
   deliveries_.push_back(std::move(delivery));
@@ -344,6 +346,7 @@ void Worker::DeliverLoop() {
       const auto start = Clock::Steady().Now();
       const Bytes bytes = SerializeContribution(delivery.contribution);
       delivered_bytes_ += bytes.size();
+      delivery.job->Recycle(delivery.state, std::move(delivery.contribution.statistics));
       Persistently(nullptr, [&] {
         // Whoever this worker is by now: results are taken from anyone.
         delivery.header.worker = Id();

@@ -45,6 +45,8 @@ class Worker {
     LeasedUnit unit;
     ContributionHeader header;
     Contribution contribution;
+    std::shared_ptr<LoadedJob> job;
+    std::shared_ptr<const State> state;
   };
   void FetchLoop();
   void RenderLoop();

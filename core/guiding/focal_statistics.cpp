@@ -1,5 +1,7 @@
 #include "core/guiding/focal_statistics.h"
 
+#include <algorithm>
+
 #include "core/base/check.h"
 #include "core/math/elementary.h"
 
@@ -88,6 +90,13 @@ void FocalStatistics::Merge(const FocalStatistics& other) {
     Touch(node * 8);
     for (size_t slot = size_t{node} * 8; slot < size_t{node} * 8 + 8; ++slot) sums_[slot].Merge(other.sums_[slot]);
   });
+}
+
+void FocalStatistics::Clear() {
+  ForTouched([&](uint32_t node) { std::fill_n(sums_.data() + size_t{node} * 8, 8, ExactSum()); });
+  std::ranges::fill(touched_, 0);
+  std::ranges::fill(fractions_, FractionSums());
+  counts_ = {};
 }
 
 }  // namespace lodestar

@@ -1,5 +1,6 @@
 #include "core/guiding/grid_statistics.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/check.h"
@@ -39,6 +40,12 @@ void GridStatistics::Merge(const GridStatistics& other) {
     sums_[entry].value.Merge(sum.value);
     sums_[entry].count += sum.count;
   });
+}
+
+void GridStatistics::Clear() {
+  ForEach([&](size_t entry, const Sum&) { sums_[entry] = {}; });
+  std::ranges::fill(touched_, 0);
+  counts_ = {};
 }
 
 // Version 2: header, counts, then the entries with a record, each with its count and sum.

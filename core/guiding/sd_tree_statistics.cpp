@@ -1,5 +1,6 @@
 #include "core/guiding/sd_tree_statistics.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "core/base/check.h"
@@ -200,6 +201,16 @@ void SdTreeStatistics::Merge(const SdTreeStatistics& other) {
     ExactSum* const to = slots_.data() + FirstSum(leaf);
     for (size_t slot = 0; slot < from.size(); ++slot) to[slot].Merge(from[slot]);
   });
+}
+
+void SdTreeStatistics::Clear() {
+  ForTouched([&](uint32_t leaf) {
+    leaves_[leaf] = {};
+    std::fill_n(lights_.data() + leaf * groups_, groups_, ExactSum());
+    std::fill_n(slots_.data() + FirstSum(leaf), SumCount(leaf), ExactSum());
+  });
+  std::ranges::fill(touched_, 0);
+  counts_ = {};
 }
 
 uint64_t SdTreeStatistics::touched_leaves() const {

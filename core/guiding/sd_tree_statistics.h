@@ -102,6 +102,7 @@ class SdTreeStatistics {
   // Adds what Serialize() wrote. Throws Error(kCorrupt), and kConflict where the bytes belong to another tree; then
   // nothing has changed.
   void MergeSerialized(std::string_view bytes);
+  void Clear();  // costs what was touched
 
   const std::shared_ptr<const SdTree>& tree() const { return tree_; }
   const Counts& counts() const { return counts_; }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
@@ -20,15 +21,39 @@ struct LocalExecutor::Impl {
   // The tracer of the last state: prepared once an iteration.
   std::shared_ptr<const State> prepared_state;
   std::unique_ptr<Tracer> tracer;
+  std::mutex spare_mutex;  // guards what follows
+  std::shared_ptr<const State> spare_state;
+  std::vector<std::unique_ptr<Statistics>> spare;  // of that state, empty
 
   Impl(std::shared_ptr<const Scene> s, const JobSpec& j, const Method& m, int t)
       : scene(std::move(s)), job(j), method(m), threads(t), arena(t) {}
+
+  std::unique_ptr<Statistics> TakeStatistics(const std::shared_ptr<const State>& state) {
+    {
+      std::lock_guard lock(spare_mutex);
+      if (spare_state != state) spare.clear();
+      spare_state = state;
+      if (!spare.empty()) {
+        auto statistics = std::move(spare.back());
+        spare.pop_back();
+        return statistics;
+      }
+    }
+    return method.NewStatistics(state);
+  }
 };
 
 LocalExecutor::LocalExecutor(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method, int threads)
     : impl_(std::make_unique<Impl>(std::move(scene), job, method, threads > 0 ? threads : UsableThreads())) {}
 
 LocalExecutor::~LocalExecutor() = default;
+
+void LocalExecutor::Recycle(const std::shared_ptr<const State>& state, std::unique_ptr<Statistics> statistics) {
+  if (!statistics) return;
+  statistics->Clear();
+  std::lock_guard lock(impl_->spare_mutex);
+  if (impl_->spare_state == state) impl_->spare.push_back(std::move(statistics));
+}
 
 std::optional<Contribution> LocalExecutor::Execute(const std::shared_ptr<const State>& state, const Round& round,
                                                    const StopToken& stop) {
@@ -50,7 +75,7 @@ std::optional<Contribution> LocalExecutor::ExecuteNode(const std::shared_ptr<con
   std::vector<Contribution> parts(static_cast<size_t>(shares));
   const auto render = [&](uint32_t share) {
     Contribution& part = parts[share];
-    if (round.record) part.statistics = impl_->method.NewStatistics(state);
+    if (round.record) part.statistics = impl_->TakeStatistics(state);
     for (uint32_t unit; (unit = next.fetch_add(1)) < end;) {
       if (!impl_->tracer->Execute(round, unit, stop, &part)) {
         complete = false;

@@ -16,6 +16,9 @@ class LocalExecutor final : public Executor {
   // One node of the round's tree: a worker's lease.
   std::optional<Contribution> ExecuteNode(const std::shared_ptr<const State>& state, const Round& round, TreeNode node,
                                           const StopToken& stop);
+  // Statistics of a contribution that are not needed any more, to record into again: beside rendering, so that units
+  // need not wait for new memory. `state`: theirs.
+  void Recycle(const std::shared_ptr<const State>& state, std::unique_ptr<Statistics> statistics);
 
  private:
   struct Impl;

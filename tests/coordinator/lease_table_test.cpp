@@ -163,37 +163,50 @@ TEST_F(LeaseTableTest, RandomHistoriesEndCompleteAndConsistent) {
   }
 }
 
-TEST(LeaseUnits, SharesARoundAndShrinksTowardItsEnd) {
+TEST(LeaseUnits, ShareARoundAndShrinkTowardItsEnd) {
   const LeaseSizing sizing;
-  const LeaseCosts quick{0.001, 0};
-  const uint32_t early = LeaseUnits(sizing, 1024, 1024, 2, quick, false),
-                 late = LeaseUnits(sizing, 100, 1024, 2, quick, false);
-  EXPECT_GE(1024u / early, 2u * 4);
-  EXPECT_LE(1024u / early, 2u * 10);
-  EXPECT_LT(late, early);
-  EXPECT_GE(LeaseUnits(sizing, 100, 1024, 2, quick, true), late)
+  const LeaseCosts costs{0.001, 0.0004};
+  uint32_t free = 1024, leases = 0, last = 1024;
+  while (free > 0) {
+    const uint32_t units = std::min(free, LeaseUnits(sizing, free, 1024, 0.5, costs, false));
+    EXPECT_LE(units, last) << "where " << free << " are left";
+    free -= last = units;
+    ++leases;
+  }
+  EXPECT_LE(leases, 2u * 9) << "halves, quarters ...";
+  EXPECT_LE(last, 8u) << "so that all end together";
+  EXPECT_GE(LeaseUnits(sizing, 100, 1024, 0.5, costs, true), 256u)
       << "where more follows there is no tail to be short for";
-  EXPECT_EQ(LeaseUnits(sizing, 1, 1, 500, {}, false), 1u);
+  EXPECT_EQ(LeaseUnits(sizing, 1, 1, 0.002, {}, false), 1u);
+  EXPECT_LE(LeaseUnits(sizing, 1024, 1024, 0.5, {}, true), 64u) << "nothing is known yet";
+}
+
+TEST(LeaseUnits, FollowTheWorkersSpeed) {
+  const LeaseSizing sizing;
+  // One worker is seven times as fast as the other: what each takes should last alike.
+  const uint32_t fast = LeaseUnits(sizing, 1024, 1024, 7 / 8.0, {0.0001, 0}, false),
+                 slow = LeaseUnits(sizing, 1024, 1024, 1 / 8.0, {0.0007, 0}, false);
+  EXPECT_EQ(fast, 8 * slow);
 }
 
 TEST(LeaseUnits, HaveTwoSecondsOfWorkWhereTheRoundIsLongEnough) {
   const LeaseSizing sizing;
   for (const double seconds : {0.01, 0.1, 0.5}) {
-    const double work = seconds * LeaseUnits(sizing, 100000, 100000, 4, {seconds, 0.001}, true);
+    const double work = seconds * LeaseUnits(sizing, 100000, 100000, 0.25, {seconds, 0.001}, true);
     EXPECT_GE(work, 2 / 1.5) << seconds << ": blocks are powers of two";
     EXPECT_LE(work, 2 * 1.5) << seconds;
   }
-  EXPECT_EQ(LeaseUnits(sizing, 1000, 1000, 1, {60, 0.001}, false), 1u) << "a unit of a minute goes out alone";
+  EXPECT_EQ(LeaseUnits(sizing, 1000, 1000, 1.0, {60, 0.001}, false), 1u) << "a unit of a minute goes out alone";
 }
 
 TEST(LeaseUnits, CostAFiftiethOfTheirWorkAtMost) {
   const LeaseSizing sizing;
   // A lease costs 0.2 s: it should have 10 s of work, and has where the round allows it.
-  EXPECT_GE(0.01 * LeaseUnits(sizing, 100000, 100000, 4, {0.01, 0.2}, true), 10 / 1.5);
-  EXPECT_GE(LeaseUnits(sizing, 1024, 1024, 2, {0.001, 0.01}, true), 256u) << "instead of a sixth of a part";
+  EXPECT_GE(0.01 * LeaseUnits(sizing, 100000, 100000, 0.25, {0.01, 0.2}, true), 10 / 1.5);
+  EXPECT_GE(LeaseUnits(sizing, 1024, 1024, 0.5, {0.001, 0.01}, true), 256u) << "half of a part";
   // Where it does not, nobody takes what is others' part, and all end together.
-  EXPECT_LE(LeaseUnits(sizing, 1024, 1024, 2, {0.001, 100}, true), 512u);
-  EXPECT_LE(LeaseUnits(sizing, 400, 1024, 2, {0.001, 100}, false), 128u);
+  EXPECT_LE(LeaseUnits(sizing, 1024, 1024, 0.5, {0.001, 100}, true), 512u);
+  EXPECT_LE(LeaseUnits(sizing, 400, 1024, 0.5, {0.001, 100}, false), 128u);
 }
 
 }  // namespace
