@@ -119,14 +119,13 @@ void Farm::Drive(Job& job) {
     loop = Restored(*blobs_, stored, &resumed);
     if (!loop) loop = std::make_unique<Loop>(job.spec, Survey::Parse(stored.survey));
     if (stored.phase != JobPhase::kRunning) Persist(job, [](StoredJob& stored) { stored.phase = JobPhase::kRunning; });
-    // Step 2: checkpoints, at the pace of the options.
+    // Step 2: checkpoints, at the pace of the options; written while workers render, not between rounds.
     CheckpointWriter writer;
     auto last = clock_.Now();
     uint32_t last_iteration = loop->finished() ? 0 : loop->NextRound().iteration;
     const auto checkpoint = [&](const OpenRound* open, bool now) {
-      if (loop->finished() && !open) return;
       const auto age = clock_.Now() - last;
-      const bool advanced = !open && loop->NextRound().iteration != last_iteration;
+      const bool advanced = loop->NextRound().iteration != last_iteration;
       if (!now &&
           (writer.busy() || (age < options_.checkpoint_interval && !(advanced && age >= options_.checkpoint_least))))
         return;
@@ -158,7 +157,6 @@ void Farm::Drive(Job& job) {
       }
       if (wanted) Snapshot(job, *loop);
     };
-    hooks.checkpoint = [&](const Loop&) { checkpoint(nullptr, false); };
     FarmExecutor executor(*this, job, *loop, std::move(resumed), [&](const OpenRound* open) {
       // A snapshot can be answered while a round is under way too: the loop stands at its edge.
       bool wanted = false, ending = false;

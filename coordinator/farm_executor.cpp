@@ -93,6 +93,7 @@ std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<co
     farm_.Pump(&deferred);
   }
   // Step 3: until workers have covered it.
+  checkpoint_(current.get());
   std::unique_lock lock(farm_.mutex_);
   while (!current->leases.complete() && !stop.Requested() && !farm_.ending_) {
     farm_.changed_.wait_for(lock, std::chrono::milliseconds(500));

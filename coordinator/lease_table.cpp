@@ -163,7 +163,7 @@ uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t uni
     const double cost = costs.seconds_per_lease / costs.seconds_per_unit;
     units = std::max(std::min(part / 2, sizing.seconds / costs.seconds_per_unit), sizing.costs * cost);
     units = std::min(units, more_follows ? part : part / 2);
-    units = std::max(units, std::min<double>(free_units, sizing.least_costs * cost));
+    units = std::max(units, std::min(part, sizing.least_costs * cost));
   }
   // The nearest power of two: blocks are aligned.
   const auto whole = static_cast<uint32_t>(std::max(1.0, units * 1.4));

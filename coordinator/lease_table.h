@@ -88,7 +88,7 @@ class LeaseTable {
 // the same: an uneven end costs half a lease's work, one more lease its transfer and merge. While no cost is known: a
 // twelfth of the part. For scheduling only.
 struct LeaseSizing {
-  double seconds = 2, costs = 50, least_costs = 3;
+  double seconds = 2, costs = 50, least_costs = 6;
 };
 // What is known of a round's units and leases; 0: nothing yet.
 struct LeaseCosts {

@@ -25,6 +25,8 @@ class ByteWriter {
     bytes_.resize(at + sizeof(T));
     std::memcpy(bytes_.data() + at, &value, sizeof(T));
   }
+  // As they are, without their number.
+  void PutRaw(std::string_view bytes) { bytes_.append(bytes); }
   void PutString(std::string_view text) {
     Put<uint64_t>(text.size());
     bytes_.append(text);
@@ -64,6 +66,7 @@ class ByteReader {
     return flag == 1;
   }
   std::string GetString() { return std::string(GetView()); }
+  std::string_view GetRaw(size_t size) { return {Need(size), size}; }
   // A string where it lies, within the bytes that are read.
   std::string_view GetView() {
     const auto size = GetSize(1);

@@ -1,5 +1,8 @@
 #include "core/math/exact_sum_bytes.h"
 
+#include <bit>
+#include <cstring>
+
 namespace lodestar {
 
 void PutVarint(ByteWriter& out, uint64_t value) {
@@ -25,14 +28,17 @@ uint64_t GetVarint(ByteReader& in) {
 // Zigzag, then the bytes between the lowest and highest that are not zero. Header: skipped low bytes * 16 + count - 1;
 // 0xff for zero.
 void PutWide(ByteWriter& out, __int128 value) {
-  unsigned __int128 bits = (static_cast<unsigned __int128>(value) << 1) ^ static_cast<unsigned __int128>(value >> 127);
+  const unsigned __int128 bits =
+      (static_cast<unsigned __int128>(value) << 1) ^ static_cast<unsigned __int128>(value >> 127);
   if (bits == 0) return out.Put<uint8_t>(0xff);
-  int skipped = 0, count = 0;
-  for (; (bits & 0xff) == 0; bits >>= 8) ++skipped;
-  uint8_t bytes[16];
-  for (; bits != 0; bits >>= 8) bytes[count++] = static_cast<uint8_t>(bits);
-  out.Put(static_cast<uint8_t>(skipped * 16 + count - 1));
-  for (int i = 0; i < count; ++i) out.Put(bytes[i]);
+  const auto low = static_cast<uint64_t>(bits), high = static_cast<uint64_t>(bits >> 64);
+  const int skipped = (low != 0 ? std::countr_zero(low) : 64 + std::countr_zero(high)) / 8;
+  const int last = (high != 0 ? 127 - std::countl_zero(high) : 63 - std::countl_zero(low)) / 8;
+  const unsigned __int128 shifted = bits >> (8 * skipped);
+  char bytes[17];
+  bytes[0] = static_cast<char>(skipped * 16 + last - skipped);
+  std::memcpy(bytes + 1, &shifted, 16);  // little-endian, as everything written here
+  out.PutRaw({bytes, static_cast<size_t>(last - skipped + 2)});
 }
 
 __int128 GetWide(ByteReader& in) {
@@ -40,12 +46,11 @@ __int128 GetWide(ByteReader& in) {
   if (header == 0xff) return 0;
   const int skipped = header / 16, count = header % 16 + 1;
   if (skipped + count > 16) in.Fail("has a sum of more than 128 bits");
+  const std::string_view bytes = in.GetRaw(static_cast<size_t>(count));
+  if (bytes.front() == 0 || bytes.back() == 0) in.Fail("has a sum that is not in its shortest form");
   unsigned __int128 bits = 0;
-  for (int i = 0; i < count; ++i) {
-    const uint8_t byte = in.Get<uint8_t>();
-    if (byte == 0 && (i == 0 || i == count - 1)) in.Fail("has a sum that is not in its shortest form");
-    bits |= static_cast<unsigned __int128>(byte) << (8 * (skipped + i));
-  }
+  std::memcpy(&bits, bytes.data(), bytes.size());
+  bits <<= 8 * skipped;
   return static_cast<__int128>((bits >> 1) ^ (~(bits & 1) + 1));
 }
 
