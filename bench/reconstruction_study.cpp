@@ -147,32 +147,48 @@ class PairedRatio {
   double sum_ = 0, squares_ = 0, count_ = 0;
 };
 
+struct Row {
+  double error = 0, learning = 0;  // sums over the seeds
+  PairedRatio errors, at_equal_time;
+};
+
+// Seed by seed, all settings one after the other, each time beginning with another one: a machine that grows slower
+// meanwhile then shows in all of them alike.
 void Study(const char* path, const JobSpec& job, uint64_t seeds, const std::vector<Setting>& settings) {
   const CompiledJob compiled = CompileJob(ParsePbrtFile(path), job);
+  std::vector<Row> rows(settings.size());
+  std::vector<Outcome> outcomes(settings.size());
+  for (uint64_t seed = 0; seed < seeds; ++seed) {
+    JobSpec seeded = job;
+    seeded.seed = seed;
+    for (size_t i = 0; i < settings.size(); ++i) {
+      const size_t at = (i + seed) % settings.size();
+      outcomes[at] = Render(compiled, seeded, settings[at]);
+      std::fprintf(stderr, "\r%s: seed %llu, %zu of %zu ", path, static_cast<unsigned long long>(seed), i + 1,
+                   settings.size());
+    }
+    const Outcome& baseline = outcomes.front();
+    for (size_t i = 0; i < settings.size(); ++i) {
+      const Outcome& outcome = outcomes[i];
+      rows[i].error += outcome.error;
+      rows[i].learning += outcome.seconds_learning / outcome.seconds;
+      rows[i].errors.Add(outcome.error, baseline.error);
+      rows[i].at_equal_time.Add(outcome.error * outcome.seconds, baseline.error * baseline.seconds);
+    }
+  }
+  std::fprintf(stderr, "\r");
   std::printf(
       "\n%s, %ux%u, %llu seeds\n\n| setting | relMSE | ratio | +- | ratio at equal time | +- | learning |\n"
       "| --- | ---: | ---: | ---: | ---: | ---: | ---: |\n",
       path, job.resolution_x, job.resolution_y, static_cast<unsigned long long>(seeds));
-  std::vector<Outcome> baseline;
-  for (const Setting& setting : settings) {
-    double error = 0, learning = 0;
-    PairedRatio errors, at_equal_time;
-    for (uint64_t seed = 0; seed < seeds; ++seed) {
-      JobSpec seeded = job;
-      seeded.seed = seed;
-      const Outcome outcome = Render(compiled, seeded, setting);
-      if (&setting == &settings.front()) baseline.push_back(outcome);
-      error += outcome.error;
-      learning += outcome.seconds_learning / outcome.seconds;
-      errors.Add(outcome.error, baseline[seed].error);
-      at_equal_time.Add(outcome.error * outcome.seconds, baseline[seed].error * baseline[seed].seconds);
-    }
-    const double n = static_cast<double>(seeds);
-    std::printf("| %s | %.4g | %.3f | %.1f %% | %.3f | %.1f %% | %.1f %% |\n", setting.name.c_str(), error / n,
-                errors.mean(), 100 * errors.standard_error(), at_equal_time.mean(),
-                100 * at_equal_time.standard_error(), 100 * learning / n);
-    std::fflush(stdout);
+  const double n = static_cast<double>(seeds);
+  for (size_t i = 0; i < settings.size(); ++i) {
+    const Row& row = rows[i];
+    std::printf("| %s | %.4g | %.3f | %.1f %% | %.3f | %.1f %% | %.1f %% |\n", settings[i].name.c_str(), row.error / n,
+                row.errors.mean(), 100 * row.errors.standard_error(), row.at_equal_time.mean(),
+                100 * row.at_equal_time.standard_error(), 100 * row.learning / n);
   }
+  std::fflush(stdout);
 }
 
 int Run(int argc, char** argv) {

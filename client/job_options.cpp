@@ -1,5 +1,6 @@
 #include "client/job_options.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <set>
@@ -73,10 +74,20 @@ const MethodEntry& FindMethod(const std::string& name) {
 }
 
 void CheckMethodOption(const MethodEntry& method, const std::string& name) {
-  std::vector<std::string> names;
-  for (const OptionHelp& option : method.options) {
-    if (option.name == name) return;
-    names.push_back(option.name);
+  const auto has = [&](const MethodEntry& entry) {
+    return std::ranges::any_of(entry.options, [&](const OptionHelp& option) { return option.name == name; });
+  };
+  if (has(method)) return;
+  std::vector<std::string> names, others;
+  for (const OptionHelp& option : method.options) names.push_back(option.name);
+  for (const MethodEntry& entry : Methods()) {
+    if (has(entry)) others.push_back(entry.name);
+  }
+  if (!others.empty()) {
+    throw Error(ErrorKind::kInvalidInput,
+                "method '" + method.name + "' has no option '" + name + "', but " +
+                    (others.size() > 1 ? "these have it: " + Join(others) : others.front() + " has it") +
+                    "; choose with --method");
   }
   throw Error(ErrorKind::kInvalidInput, "method '" + method.name + "' has no option '" + name + "'" +
                                             Suggestion(name, names) +

@@ -10,7 +10,7 @@
 namespace lodestar {
 
 struct JobCheckpoint {
-  Bytes loop;         // Loop::Checkpoint()
+  Bytes loop;                   // Loop::Checkpoint()
   std::vector<TreeNode> nodes;  // covered; none: the rest means nothing
   Round round;
   ContentHash state;  // that the nodes were rendered under

@@ -81,8 +81,8 @@ class LeaseTable {
   std::map<LeaseId, LeaseEntry> leases_;
 };
 
-// How many units a fresh lease should have: `seconds` of work, or half of its worker's part of the round (`share` of it,
-// by its speed) where the round is short. Moreover at least `costs` times what its transfer and merge take; but,
+// How many units a fresh lease should have: `seconds` of work, or half of its worker's part of the round (`share` of
+// it, by its speed) where the round is short. Moreover at least `costs` times what its transfer and merge take; but,
 // whatever that is, never more than that part, and half of the same part of what is left where no more work follows at
 // once, so that all end together (guided self-scheduling: Polychronopoulos and Kuck 1987), down to `least_costs` times
 // the same: an uneven end costs half a lease's work, one more lease its transfer and merge. While no cost is known: a

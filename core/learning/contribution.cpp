@@ -83,8 +83,8 @@ ReceivedContribution ReadContribution(const TileGrid& grid, const Round& round, 
   LODESTAR_CHECK(!nodes.empty());
   const std::string what = "contribution of " + nodes.front().ToString() +
                            (nodes.size() > 1 ? " and " + std::to_string(nodes.size() - 1) + " more" : "") +
-                           " (iteration " + std::to_string(round.iteration) + ", round " +
-                           std::to_string(round.index) + ")";
+                           " (iteration " + std::to_string(round.iteration) + ", round " + std::to_string(round.index) +
+                           ")";
   ByteReader in(OpenSealed(bytes, kMagic, kContributionVersion, what), what);
   if (round.unit_count != grid.tile_count()) in.Fail("belongs to a round of another image size");
   uint32_t units = 0, end = 0;

@@ -24,7 +24,7 @@ struct Budget {
 };
 
 struct JobSpec {
-  std::string method = "sdtree";               // a name of the method registry
+  std::string method = "auto";                 // a name of the method registry
   std::map<std::string, std::string> options;  // of that method, by documented name; unknown names are refused
   Budget budget;
   uint64_t seed = 0;

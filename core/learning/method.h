@@ -107,8 +107,8 @@ class Method {
   virtual int TrainingIterations() const { return -1; }
 };
 
-// Adds serialized statistics of a state to `sum`, which is made where there is none yet. Throws as MergeSerialized does,
-// and Error(kCorrupt) where the method learns nothing.
+// Adds serialized statistics of a state to `sum`, which is made where there is none yet. Throws as MergeSerialized
+// does, and Error(kCorrupt) where the method learns nothing.
 void AddStatistics(const Method& method, const std::shared_ptr<const State>& state, std::string_view bytes,
                    std::unique_ptr<Statistics>* sum);
 

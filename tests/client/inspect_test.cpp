@@ -30,6 +30,7 @@ class Inspect : public testing::Test {
     std::vector<std::string> words = {"render",  scene_, "--resolution", "32x24",           "--spp",   "63",
                                       "--state", state_, "-o",           folder_ / "a.exr", "--quiet", "--json"};
     words.insert(words.end(), more.begin(), more.end());
+    if (std::ranges::find(more, "--method") == more.end()) words.insert(words.end(), {"--method", "sdtree"});
     const Ran ran = RunLodestar(words, kNoPlot);
     EXPECT_EQ(ran.code, 0) << ran.err;
     return nlohmann::json::parse(ran.out, nullptr, false);

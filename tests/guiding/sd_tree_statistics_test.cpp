@@ -190,7 +190,8 @@ TEST(SdTreeStatistics, CorruptBytesAreRefusedOrValid) {
     ASSERT_THROW(test::FromBytes<SdTreeStatistics>(tree, std::string_view(bytes).substr(0, size)), Error) << size;
   }
   EXPECT_THROW(test::FromBytes<SdTreeStatistics>(tree, bytes + '\0'), Error);
-  EXPECT_THROW(test::FromBytes<SdTreeStatistics>(SdTree::Initial(synthetic::UnitCube(), SdTreeOptions{}), bytes), Error);
+  EXPECT_THROW(test::FromBytes<SdTreeStatistics>(SdTree::Initial(synthetic::UnitCube(), SdTreeOptions{}), bytes),
+               Error);
   std::mt19937 rng(8);
   int refused = 0;
   for (int trial = 0; trial < 3000; ++trial) {

@@ -84,8 +84,7 @@ class ShuffledExecutor final : public Executor {
       for (const TreeNode node : nodes) {
         if (random_() % 4 == 0) continue;  // lost
         const Bytes bytes = SerializeContribution(*local_.ExecuteNode(state, round, node, stop));
-        for (uint32_t copies = 1 + random_() % 2; copies-- > 0;)
-          reduction.Commit({&node, 1}, bytes);
+        for (uint32_t copies = 1 + random_() % 2; copies-- > 0;) reduction.Commit({&node, 1}, bytes);
       }
     }
     return reduction.Take();

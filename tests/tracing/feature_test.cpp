@@ -103,7 +103,7 @@ TEST(FeaturePass, SharesAreWhatTheMethodUses) {
   EXPECT_EQ(shares(nullptr).nee_probability, 0);
 
   // A tree that has learned nothing does not guide; one that has, does.
-  job = {};
+  job.method = "sdtree";
   job.options = {{"bsdf-fraction", "0.3"}, {"product", "off"}, {"nee", "always"}};
   job.budget.spp = 15;
   job.training_iterations = 3;
