@@ -71,8 +71,9 @@ TEST_F(Inspect, TheFileHoldsTheStateTheRunEndedWith) {
   EXPECT_EQ(file.survey.scene_hash, report["scene"]["hash"].get<std::string>());
   EXPECT_EQ(file.Serialize(), GuideFile::Parse(file.Serialize(), "copy").Serialize());
   // To save the state changes nothing.
-  const Ran without = RunLodestar(
-      {"render", scene_, "--resolution", "32x24", "--spp", "63", "-o", folder_ / "b.exr", "--json"}, kNoPlot);
+  const Ran without = RunLodestar({"render", scene_, "--method", "sdtree", "--resolution", "32x24", "--spp", "63", "-o",
+                                   folder_ / "b.exr", "--json"},
+                                  kNoPlot);
   EXPECT_EQ(nlohmann::json::parse(without.out)["result"]["image_sha256"], report["result"]["image_sha256"]);
 }
 
