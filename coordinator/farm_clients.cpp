@@ -132,7 +132,7 @@ std::string Farm::GetReport(const JobId& id) {
 Bytes Farm::GetGuide(const JobId& id) {
   std::unique_lock lock(mutex_);
   const Job& job = Need(id);
-  if (job.driving && job.run && job.run->state && Learns(job.run->method)) {
+  if (job.driving && job.run && job.run->state && Learns(*job.run->method)) {
     GuideFile guide{job.spec, Survey::Parse(job.stored.survey), job.progress.iteration, {}, std::nullopt};
     const std::shared_ptr<const State> state = job.run->state;
     lock.unlock();

@@ -39,7 +39,7 @@ void Farm::FarmExecutor::Publish(const std::shared_ptr<const State>& state) {
 }
 
 std::shared_ptr<OpenRound> Farm::FarmExecutor::NewRound(const Round& round) const {
-  return std::make_shared<OpenRound>(run_->state_hash, RoundReduction(run_->method, run_->state, run_->grid, round),
+  return std::make_shared<OpenRound>(run_->state_hash, RoundReduction(*run_->method, run_->state, run_->grid, round),
                                      round, farm_.options_.leases, farm_.clock_);
 }
 

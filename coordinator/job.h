@@ -31,8 +31,8 @@ struct OpenRound {
 
 // What exists while a driver thread runs the job's loop.
 struct JobRun {
-  explicit JobRun(const Loop& loop) : method(loop.method()), grid(loop.grid()) {}
-  const Method& method;
+  explicit JobRun(const Loop& loop) : method(MakeMethod(loop.job(), loop.survey())), grid(loop.grid()) {}
+  const std::unique_ptr<Method> method;  // its own: a late contribution may outlive the loop
   const TileGrid grid;
   std::shared_ptr<const State> state;
   ContentHash state_hash;
