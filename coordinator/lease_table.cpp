@@ -52,10 +52,8 @@ std::vector<LeaseEntry> LeaseTable::RemoveIf(Condition&& condition) {
 
 std::optional<LeaseEntry> LeaseTable::Grant(LeaseId id, const WorkerId& worker, uint32_t max_units) {
   if (free_ == 0) return std::nullopt;
-  // Step 1: the lowest free unit, inside the window and the byte budget.
+  // Step 1: the lowest free unit, inside the byte budget.
   while (!units_[lowest_free_].free()) ++lowest_free_;
-  while (units_[lowest_uncovered_].covered) ++lowest_uncovered_;
-  if (lowest_free_ - lowest_uncovered_ >= options_.window) return std::nullopt;
   if (leased_units_ > 0 &&
       static_cast<double>(leased_units_ + 1) * bytes_per_unit_ > static_cast<double>(options_.byte_budget))
     return std::nullopt;

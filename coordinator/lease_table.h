@@ -28,9 +28,6 @@ class LeaseTable {
  public:
   struct Options {
     Clock::Duration duration = std::chrono::seconds(10);
-    // Fresh leases start less than this many units above the lowest unit that is not covered, so that early results
-    // stay few.
-    uint32_t window = 1 << 14;
     // Leases beyond this many bytes of expected results wait (0 bytes a unit: unknown).
     uint64_t byte_budget = uint64_t{1} << 30;
     // A lease is a straggler at `straggler_factor` times its expected time plus the grace; with no expectation, after
@@ -75,7 +72,7 @@ class LeaseTable {
   const Clock& clock_;
   std::vector<Unit> units_;
   uint32_t uncovered_, free_;
-  uint32_t lowest_uncovered_ = 0, lowest_free_ = 0;
+  uint32_t lowest_free_ = 0;
   uint64_t leased_units_ = 0;
   double bytes_per_unit_ = 0;
   std::map<LeaseId, LeaseEntry> leases_;

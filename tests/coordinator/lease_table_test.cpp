@@ -72,18 +72,6 @@ TEST_F(LeaseTableTest, LateResultsCountWithoutALease) {
   EXPECT_TRUE(table.complete());
 }
 
-TEST_F(LeaseTableTest, WindowHoldsEarlyResultsFew) {
-  options.window = 8;
-  LeaseTable table(64, options, clock);
-  const auto first = table.Grant(Next(), kAnn, 4);
-  EXPECT_EQ(table.Grant(Next(), kBob, 4)->node.first(), 4u);
-  EXPECT_FALSE(table.Grant(Next(), kBob, 4)) << "eight units above the lowest hole";
-  table.Commit({2, 1});
-  EXPECT_FALSE(table.Grant(Next(), kBob, 4)) << "the hole is still the first";
-  table.Commit(first->node);
-  EXPECT_EQ(table.Grant(Next(), kBob, 4)->node.first(), 8u);
-}
-
 TEST_F(LeaseTableTest, ByteBudgetHoldsResultsBack) {
   options.byte_budget = 1000;
   LeaseTable table(64, options, clock);
@@ -122,7 +110,6 @@ TEST_F(LeaseTableTest, RandomHistoriesEndCompleteAndConsistent) {
   for (uint32_t seed = 0; seed < 50; ++seed) {
     std::mt19937 random(seed);
     const uint32_t count = 1 + random() % 200;
-    options.window = 16 + random() % 100;
     LeaseTable table(count, options, clock);
     std::vector<bool> covered(count, false);
     const WorkerId workers[] = {kAnn, kBob, kCid};
