@@ -36,7 +36,6 @@ bool RoundReduction::Refuses(std::span<const TreeNode> nodes) const {
 
 void RoundReduction::Cover(TreeNode node) {
   std::fill(covered_.begin() + node.first(), covered_.begin() + node.end(units()), true);
-  committed_units_ += node.end(units()) - node.first();
 }
 
 RoundReduction::Outcome RoundReduction::Commit(TreeNode node, Contribution contribution) {
@@ -55,11 +54,15 @@ RoundReduction::Outcome RoundReduction::Commit(std::span<const TreeNode> nodes, 
   return Outcome::kCommitted;
 }
 
-std::vector<TreeNode> RoundReduction::Nodes() const {
+// The maximal nodes of at most `max_level` of which all units are covered, or none.
+std::vector<TreeNode> RoundReduction::Maximal(uint32_t max_level, bool covered) const {
   std::vector<TreeNode> nodes;
   const std::function<void(TreeNode)> visit = [&](TreeNode node) {
-    if (!node.ValidIn(units()) || CoveredUnits(node) == 0) return;
-    if (Covered(node)) {
+    if (!node.ValidIn(units())) return;
+    const uint32_t size = node.end(units()) - node.first(),
+                   wanted = covered ? CoveredUnits(node) : size - CoveredUnits(node);
+    if (wanted == 0) return;
+    if (wanted == size && node.level <= max_level) {
       nodes.push_back(node);
       return;
     }
@@ -70,25 +73,9 @@ std::vector<TreeNode> RoundReduction::Nodes() const {
   return nodes;
 }
 
-std::vector<TreeNode> RoundReduction::Missing(uint32_t max_level) const {
-  std::vector<TreeNode> missing;
-  const std::function<void(TreeNode)> visit = [&](TreeNode node) {
-    if (!node.ValidIn(units()) || Covered(node)) return;
-    if (node.level <= max_level && CoveredUnits(node) == 0) {
-      missing.push_back(node);
-      return;
-    }
-    visit(node.Child(0));
-    visit(node.Child(1));
-  };
-  visit(TreeNode::Root(units()));
-  return missing;
-}
-
 Contribution RoundReduction::Take() {
   LODESTAR_CHECK(Complete());
   covered_.assign(covered_.size(), false);
-  committed_units_ = 0;
   return std::exchange(merged_, {});
 }
 

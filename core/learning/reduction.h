@@ -22,17 +22,19 @@ class RoundReduction {
   Outcome Commit(std::span<const TreeNode> nodes, std::string_view bytes);
 
   bool Covered(TreeNode node) const;  // all of it
-  bool Complete() const { return committed_units_ == covered_.size(); }
-  std::vector<TreeNode> Nodes() const;  // maximal ones that are covered, ascending
+  bool Complete() const { return committed_units() == units(); }
+  // Maximal ones that are covered, ascending.
+  std::vector<TreeNode> Nodes() const { return Maximal(TreeNode::Root(units()).level, true); }
   // Units not covered yet, as maximal aligned nodes of at most `max_level`.
-  std::vector<TreeNode> Missing(uint32_t max_level) const;
-  uint32_t committed_units() const { return committed_units_; }
+  std::vector<TreeNode> Missing(uint32_t max_level) const { return Maximal(max_level, false); }
+  uint32_t committed_units() const { return CoveredUnits(TreeNode::Root(units())); }
   const Contribution& merged() const { return merged_; }  // of Nodes(), for checkpoints
   Contribution Take();                                    // only when Complete()
 
  private:
   uint32_t units() const { return static_cast<uint32_t>(covered_.size()); }
   uint32_t CoveredUnits(TreeNode node) const;
+  std::vector<TreeNode> Maximal(uint32_t max_level, bool covered) const;
   bool Refuses(std::span<const TreeNode> nodes) const;
   void Cover(TreeNode node);
 
@@ -41,7 +43,6 @@ class RoundReduction {
   TileGrid grid_;
   Round round_;
   std::vector<bool> covered_;  // by unit
-  uint32_t committed_units_ = 0;
   Contribution merged_;
 };
 
