@@ -58,9 +58,7 @@ class Farm {
                       RenewAnswer answer);
   void Withdraw(uint64_t call);
   std::shared_ptr<const Bytes> CompressedState(const ContentHash& hash) const;
-  // `transfer`: how long it took to come, for lease sizes.
-  ContributionOutcome SubmitContribution(const ContributionHeader& header, std::string_view compressed,
-                                         Clock::Duration transfer);
+  ContributionOutcome SubmitContribution(const ContributionHeader& header, std::string_view compressed);
   void SubmitSurvey(const SurveyResult& result);
   void ReportFailure(const UnitFailure& failure);
 

@@ -1,25 +1,12 @@
 // What workers bring to the farm: contributions, surveys, failures.
-#include <time.h>
-
 #include "coordinator/crash_point.h"
 #include "coordinator/farm.h"
 #include "core/base/log.h"
 #include "rpc/status.h"
 
 namespace lodestar {
-namespace {
 
-// Of the calling thread: what its work costs, however many others want the processor at the same time.
-double ThreadSeconds() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-}  // namespace
-
-ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, std::string_view compressed,
-                                             Clock::Duration transfer) {
+ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, std::string_view compressed) {
   // Step 1: is it of something that is still open?
   Job* job = nullptr;
   std::shared_ptr<JobRun> run;
@@ -40,35 +27,33 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
       if (candidate->round == header.round && candidate->state_hash == header.state) open = candidate;
     }
     if (!open) return ContributionOutcome::kStale;
-    if (!header.node.ValidIn(open->round.unit_count))
-      throw Error(ErrorKind::kInvalidInput, header.node.ToString() + " does not exist in its round");
-    if (open->leases.Covered(header.node)) {
-      open->leases.Release(header.lease);
-      return ContributionOutcome::kCovered;
+    for (const TreeNode node : header.nodes) {
+      if (!node.ValidIn(open->round.unit_count))
+        throw Error(ErrorKind::kInvalidInput, node.ToString() + " does not exist in its round");
     }
   }
   // Step 2: decode and merge, beside everything else.
-  const double start = ThreadSeconds();
-  const std::string what = "the contribution of " + header.node.ToString();
+  const std::string what = "the contribution of " + header.nodes.front().ToString();
   const Bytes bytes = Decompress(compressed, what, header.size);
   if (bytes.size() != header.size || Sha256(bytes) != header.hash)
     throw Error(ErrorKind::kCorrupt, what + " came damaged: its hash is another");
   RoundReduction::Outcome outcome;
   {
     std::lock_guard merge(open->merge);
-    outcome = open->reduction.Commit({&header.node, 1}, bytes);
+    outcome = open->reduction.Commit(header.nodes, bytes);
   }
-  const double cost = Seconds(transfer) + ThreadSeconds() - start;
   CrashPoint("contribution-merged");
   // Step 3: who need not work on it any more, and how fast this was.
   Deferred deferred;
   std::lock_guard lock(mutex_);
-  open->leases.Release(header.lease);
-  if (outcome == RoundReduction::Outcome::kCommitted) Revoke(open->leases.Commit(header.node), &deferred);
+  for (const LeaseId lease : header.leases) open->leases.Release(lease);
+  uint32_t units = 0;
+  for (const TreeNode node : header.nodes) {
+    if (outcome == RoundReduction::Outcome::kCommitted) Revoke(open->leases.Commit(node), &deferred);
+    units += node.end(open->round.unit_count) - node.first();
+  }
   job->lost.clear();
-  const uint32_t units = header.node.end(open->round.unit_count) - header.node.first();
   const auto mix = [](double old, double now, double share) { return old > 0 ? old + share * (now - old) : now; };
-  run->seconds_per_lease = mix(run->seconds_per_lease, cost, 0.2);
   if (header.seconds > 0) {
     const double pass = header.seconds / units / open->round.passes;
     double& own = run->pass_seconds[header.worker];

@@ -82,9 +82,8 @@ std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& wo
         entry = open.leases.GrantCopy(NewLeaseId(), id, run.mean_pass_seconds * open.round.passes);
       } else {
         open.leases.set_bytes_per_unit(run.bytes_per_unit);
-        const LeaseCosts costs{pass_seconds(id) * open.round.passes, run.seconds_per_lease};
         const uint32_t units = LeaseUnits(options_.sizing, open.leases.free_units(), open.leases.unit_count(), share,
-                                          costs, i + 1 < run.open.size());
+                                          pass_seconds(id) * open.round.passes, i + 1 < run.open.size());
         entry = open.leases.Grant(NewLeaseId(), id, units);
       }
       if (entry) return Describe(*job, *entry, open);

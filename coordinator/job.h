@@ -40,7 +40,7 @@ struct JobRun {
   std::vector<std::shared_ptr<OpenRound>> open;   // the round under way, and the announced one that may follow it
   // For lease sizes only; 0: unknown.
   std::map<WorkerId, double> pass_seconds;  // of one pass over one unit
-  double mean_pass_seconds = 0, seconds_per_lease = 0, bytes_per_unit = 0;
+  double mean_pass_seconds = 0, bytes_per_unit = 0;
 };
 
 struct SurveyLease {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <functional>
 
 #include "core/base/check.h"
 
@@ -74,40 +75,51 @@ std::optional<LeaseEntry> LeaseTable::Grant(LeaseId id, const WorkerId& worker, 
 }
 
 std::optional<LeaseEntry> LeaseTable::GrantCopy(LeaseId id, const WorkerId& worker, double seconds_per_unit) {
-  // Step 1: the lease that is latest against what was expected of it.
-  const auto now = clock_.Now();
-  std::optional<TreeNode> best;
-  double best_late = 0;
+  // Step 1: the worker that is latest against what was expected of all that it holds: it may deliver that as one.
+  struct Holding {
+    Clock::Duration since = Clock::Duration::max();
+    uint32_t units = 0;
+  };
+  std::map<WorkerId, Holding> holdings;
   for (const auto& [other, lease] : leases_) {
     if (lease.worker == worker) continue;
-    const uint32_t count = lease.node.end(unit_count()) - lease.node.first();
+    Holding& holding = holdings[lease.worker];
+    holding.since = std::min(holding.since, lease.granted);
+    holding.units += lease.node.end(unit_count()) - lease.node.first();
+  }
+  const auto now = clock_.Now();
+  std::vector<std::pair<double, WorkerId>> late;
+  for (const auto& [other, holding] : holdings) {
     const double allowed =
-        seconds_per_unit > 0 ? options_.straggler_factor * seconds_per_unit * count + Seconds(options_.straggler_grace)
-                             : Seconds(options_.unknown_grace);
-    const double late = Seconds(now - lease.granted) - allowed;
-    if (late < 0 || (best && late <= best_late)) continue;
-    // Step 2: its upper half first (its holder may be through with the lower one), then the lower.
-    const auto takeable = [&](TreeNode node) {
-      bool any = false;
-      for (uint32_t u = node.first(); u < node.end(unit_count()); ++u) {
-        if (units_[u].covered) continue;
-        if (units_[u].holders >= options_.max_copies) return false;
-        any = true;
-      }
-      return any;
-    };
-    std::vector<TreeNode> candidates{lease.node};
-    if (lease.node.level > 0) candidates = {lease.node.Child(1), lease.node.Child(0)};
-    for (const TreeNode node : candidates) {
-      if (node.ValidIn(unit_count()) && takeable(node)) {
-        best = node;
-        best_late = late;
-        break;
+        seconds_per_unit > 0
+            ? options_.straggler_factor * seconds_per_unit * holding.units + Seconds(options_.straggler_grace)
+            : Seconds(options_.unknown_grace);
+    const double by = Seconds(now - holding.since) - allowed;
+    if (by >= 0) late.emplace_back(by, other);
+  }
+  std::ranges::sort(late, std::greater<>());
+  // Step 2: of its last lease the upper half first (it may be through with the lower one), then the lower.
+  const auto takeable = [&](TreeNode node) {
+    bool any = false;
+    for (uint32_t u = node.first(); u < node.end(unit_count()); ++u) {
+      if (units_[u].covered) continue;
+      if (units_[u].holders >= options_.max_copies) return false;
+      any = true;
+    }
+    return any;
+  };
+  for (const auto& [by, straggler] : late) {
+    for (auto it = leases_.rbegin(); it != leases_.rend(); ++it) {
+      const LeaseEntry& lease = it->second;
+      if (lease.worker != straggler) continue;
+      std::vector<TreeNode> candidates{lease.node};
+      if (lease.node.level > 0) candidates = {lease.node.Child(1), lease.node.Child(0)};
+      for (const TreeNode node : candidates) {
+        if (node.ValidIn(unit_count()) && takeable(node)) return Add(id, worker, node, true);
       }
     }
   }
-  if (!best) return std::nullopt;
-  return Add(id, worker, *best, true);
+  return std::nullopt;
 }
 
 bool LeaseTable::Renew(LeaseId id, const WorkerId& worker) {
@@ -154,14 +166,12 @@ bool LeaseTable::Covered(TreeNode node) const {
 }
 
 uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, double share,
-                    const LeaseCosts& costs, bool more_follows) {
+                    double seconds_per_unit, bool more_follows) {
   const double part = share * (more_follows ? unit_count : free_units);
   double units = part / 12;
-  if (costs.seconds_per_unit > 0) {
-    const double cost = costs.seconds_per_lease / costs.seconds_per_unit;
-    units = std::max(std::min(part / 2, sizing.seconds / costs.seconds_per_unit), sizing.costs * cost);
-    units = std::min(units, more_follows ? part : part / 2);
-    units = std::max(units, std::min(part, sizing.least_costs * cost));
+  if (seconds_per_unit > 0) {
+    units = std::min(part / 2, sizing.seconds / seconds_per_unit);
+    units = std::max(units, std::min(part, sizing.least_seconds / seconds_per_unit));
   }
   // The nearest power of two: blocks are aligned.
   const auto whole = static_cast<uint32_t>(std::max(1.0, units * 1.4));

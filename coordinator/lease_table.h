@@ -30,8 +30,8 @@ class LeaseTable {
     Clock::Duration duration = std::chrono::seconds(10);
     // Leases beyond this many bytes of expected results wait (0 bytes a unit: unknown).
     uint64_t byte_budget = uint64_t{1} << 30;
-    // A lease is a straggler at `straggler_factor` times its expected time plus the grace; with no expectation, after
-    // `unknown_grace`.
+    // A worker is a straggler at `straggler_factor` times the time expected of all that it holds plus the grace; with
+    // no expectation, after `unknown_grace`.
     double straggler_factor = 3;
     Clock::Duration straggler_grace = std::chrono::milliseconds(250), unknown_grace = std::chrono::seconds(2);
     uint32_t max_copies = 2;  // of one unit, the first included
@@ -40,7 +40,7 @@ class LeaseTable {
 
   // The lowest free aligned block of at most `max_units`.
   std::optional<LeaseEntry> Grant(LeaseId id, const WorkerId& worker, uint32_t max_units);
-  // Half of a straggler's block (the whole of a single unit) for a worker that does not hold it already.
+  // Half of a straggler's last block (the whole of a single unit) for a worker that does not hold it already.
   std::optional<LeaseEntry> GrantCopy(LeaseId id, const WorkerId& worker, double seconds_per_unit);
   // False: void, to be given up.
   bool Renew(LeaseId id, const WorkerId& worker);
@@ -79,20 +79,14 @@ class LeaseTable {
 };
 
 // How many units a fresh lease should have: `seconds` of work, or half of its worker's part of the round (`share` of
-// it, by its speed) where the round is short. Moreover at least `costs` times what its transfer and merge take; but,
-// whatever that is, never more than that part, and half of the same part of what is left where no more work follows at
-// once, so that all end together (guided self-scheduling: Polychronopoulos and Kuck 1987), down to `least_costs` times
-// the same: an uneven end costs half a lease's work, one more lease its transfer and merge. While no cost is known: a
-// twelfth of the part. For scheduling only.
+// it, by its speed) where the round is short; half of the same part of what is left where no more work follows at once,
+// so that all end together (guided self-scheduling: Polychronopoulos and Kuck 1987). But not less than `least_seconds`:
+// a lease costs a call, though not a delivery of its own. `seconds_per_unit`: of rendering, by the worker that asks;
+// while it is unknown (0), a twelfth of the part. For scheduling only.
 struct LeaseSizing {
-  double seconds = 2, costs = 50, least_costs = 6;
-};
-// What is known of a round's units and leases; 0: nothing yet.
-struct LeaseCosts {
-  double seconds_per_unit = 0;   // of rendering, by the worker that asks
-  double seconds_per_lease = 0;  // of transfer and merge
+  double seconds = 2, least_seconds = 0.02;
 };
 uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, double share,
-                    const LeaseCosts& costs, bool more_follows);
+                    double seconds_per_unit, bool more_follows);
 
 }  // namespace lodestar

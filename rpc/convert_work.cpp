@@ -16,7 +16,7 @@ ContentHash Hash(const std::string& hex, const char* what) {
   return {hex};
 }
 
-// Who, under which lease, for which job: what every message of a worker's begins with.
+// Who, under which lease, for which job: what a survey and a failure begin with.
 template <class Message, class Value>
 void PutSender(const Value& value, Message* m) {
   m->set_worker_id(value.worker.value);
@@ -103,9 +103,11 @@ LeasedUnit FromProto(const v1::Lease& m) {
 
 v1::ContributionHeader ToProto(const ContributionHeader& h) {
   v1::ContributionHeader m;
-  PutSender(h, &m);
+  m.set_worker_id(h.worker.value);
+  for (const LeaseId lease : h.leases) m.add_lease_ids(lease.value);
+  m.set_job_id(h.job.value);
   *m.mutable_round() = ToProto(h.round);
-  *m.mutable_node() = ToProto(h.node);
+  for (const TreeNode node : h.nodes) *m.add_nodes() = ToProto(node);
   m.set_state_sha256(h.state.hex);
   m.set_sha256(h.hash.hex);
   m.set_size(h.size);
@@ -113,9 +115,13 @@ v1::ContributionHeader ToProto(const ContributionHeader& h) {
   return m;
 }
 ContributionHeader FromProto(const v1::ContributionHeader& m) {
-  auto h = TakeSender<ContributionHeader>(m);
+  ContributionHeader h;
+  h.worker.value = m.worker_id();
+  for (const uint64_t lease : m.lease_ids()) h.leases.push_back({lease});
+  h.job.value = m.job_id();
   h.round = FromProto(m.round());
-  h.node = FromProto(m.node());
+  if (m.nodes().empty()) Refuse("a contribution of no tree nodes");
+  for (const auto& node : m.nodes()) h.nodes.push_back(FromProto(node));
   h.state = Hash(m.state_sha256(), "a contribution's state");
   h.hash = Hash(m.sha256(), "a contribution's hash");
   h.size = m.size();

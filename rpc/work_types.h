@@ -45,12 +45,13 @@ struct JobDescription {
   static JobDescription Parse(std::string_view bytes);
 };
 
+// Of one contribution: what one or more leases of a round brought.
 struct ContributionHeader {
   WorkerId worker;
-  LeaseId lease;
+  std::vector<LeaseId> leases;
   JobId job;
   Round round;
-  TreeNode node;
+  std::vector<TreeNode> nodes;  // ascending
   ContentHash state;
   ContentHash hash;   // of the uncompressed bytes
   uint64_t size = 0;  // uncompressed

@@ -39,14 +39,14 @@ std::shared_ptr<const State> LoadedJob::StateFor(const ContentHash& hash, WorkCl
   return state;
 }
 
-std::optional<Contribution> LoadedJob::Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state,
-                                               int threads, const StopToken& stop) {
+bool LoadedJob::Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads,
+                        const StopToken& stop, Contribution* into) {
   if (unit.survey != compiled_.survey.Serialize()) {
     throw Error(ErrorKind::kConflict, "this worker has compiled another scene than the one that was surveyed (hash " +
                                           compiled_.survey.scene_hash + "): are its libraries of another version?");
   }
   if (!executor_) executor_ = std::make_unique<LocalExecutor>(compiled_.scene, description_.spec, *method_, threads);
-  return executor_->ExecuteNode(state, unit.round, unit.node, stop);
+  return executor_->ExecuteNode(state, unit.round, unit.node, stop, into);
 }
 
 std::shared_ptr<LoadedJob> JobCache::Find(const ContentHash& description) {

@@ -20,8 +20,9 @@ class LoadedJob {
   const Survey& survey() const { return compiled_.survey; }
   // The last two states are kept: a lease of the next iteration is prepared while one of the last still runs.
   std::shared_ptr<const State> StateFor(const ContentHash& hash, WorkClient& client);
-  std::optional<Contribution> Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads,
-                                      const StopToken& stop);
+  // LocalExecutor::ExecuteNode
+  bool Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads, const StopToken& stop,
+               Contribution* into);
   // LocalExecutor::Recycle
   void Recycle(const std::shared_ptr<const State>& state, std::unique_ptr<Statistics> statistics) {
     executor_->Recycle(state, std::move(statistics));

@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "core/base/log.h"
 #include "core/base/threads.h"
 #include "core/learning/contribution.h"
@@ -11,6 +13,8 @@ namespace lodestar {
 namespace {
 
 constexpr size_t kPrefetched = 1, kUndelivered = 4;
+// What is gathered goes out after this much rendering, whatever comes next: so much is lost with a worker at most.
+constexpr double kGatherSeconds = 4;
 
 std::string DefaultName() {
   char host[256] = "host";
@@ -19,6 +23,27 @@ std::string DefaultName() {
 }
 
 }  // namespace
+
+bool Worker::Gathered::Takes(const LeasedUnit& unit) const {
+  const LeasedUnit& mine = leases.front().unit;
+  return unit.render && unit.job == mine.job && unit.render->round == mine.render->round &&
+         unit.render->state == mine.render->state;
+}
+
+ContributionHeader Worker::Gathered::Header() const {
+  const LeasedUnit& first = leases.front().unit;
+  ContributionHeader header;
+  header.job = first.job;
+  header.round = first.render->round;
+  header.state = first.render->state;
+  header.seconds = seconds;
+  for (const Held& held : leases) {
+    header.leases.push_back(held.unit.id);
+    header.nodes.push_back(held.unit.render->node);
+  }
+  std::ranges::sort(header.nodes, {}, &TreeNode::first);
+  return header;
+}
 
 Worker::Worker(const Options& options)
     : options_(options),
@@ -211,6 +236,13 @@ void Worker::RenderLoop() {
     bool give_back = false;
     {
       std::unique_lock lock(mutex_);
+      // Nothing to go on with, or another round: others wait for what is gathered.
+      if (gathered_ && (ready_.empty() || !gathered_->Takes(ready_.front().unit) ||
+                        gathered_->seconds > kGatherSeconds)) {
+        lock.unlock();
+        Deliver();
+        lock.lock();
+      }
       const auto start = Clock::Steady().Now();
       changed_.wait(lock, [&] { return !ready_.empty() || fetched_; });
       if (ready_.empty()) break;
@@ -243,6 +275,7 @@ void Worker::RenderLoop() {
       }
     }
   }
+  Deliver();
   spdlog::info("rendered {} leases in {:.2f} s, waited {:.2f} s between them", leases_, rendering_seconds_, waited);
   {
     std::lock_guard lock(mutex_);
@@ -295,45 +328,59 @@ void Worker::Survey(const Held& held) {
 
 void Worker::Render(const Held& held) {
   const RenderUnit& unit = *held.unit.render;
-  std::shared_ptr<LoadedJob> job;
-  std::shared_ptr<const State> state;
-  try {
-    Persistently(held.stop.get(), [&] {
-      job = jobs_.Load(held.unit.description, *held.stop);
-      state = job->StateFor(unit.state, working_);
-    });
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::kNotFound || dynamic_cast<const UnreachableError*>(&error)) throw;
-    return Fail(held, UnitFailure::Kind::kReturned, "");  // that state is over
+  if (!gathered_) {
+    Gathered begun;
+    try {
+      Persistently(held.stop.get(), [&] {
+        begun.job = jobs_.Load(held.unit.description, *held.stop);
+        begun.state = begun.job->StateFor(unit.state, working_);
+      });
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::kNotFound || dynamic_cast<const UnreachableError*>(&error)) throw;
+      return Fail(held, UnitFailure::Kind::kReturned, "");  // that state is over
+    }
+    gathered_ = std::move(begun);
   }
   const auto start = Clock::Steady().Now();
-  auto contribution = job->Execute(unit, state, static_cast<int>(info_.threads), *held.stop);
-  if (!contribution) return Release(held.unit.id);
-  Delivery delivery;
-  delivery.unit = held.unit;
-  delivery.header.lease = held.unit.id;
-  delivery.header.job = held.unit.job;
-  delivery.header.round = unit.round;
-  delivery.header.node = unit.node;
-  delivery.header.state = unit.state;
-  delivery.header.seconds = Seconds(Clock::Steady().Now() - start);
+  bool complete = false;
+  try {
+    complete = gathered_->job->Execute(unit, gathered_->state, static_cast<int>(info_.threads), *held.stop,
+                                       &gathered_->contribution);
+  } catch (...) {
+    GiveBackGathered();
+    throw;
+  }
+  if (!complete) {
+    GiveBackGathered();
+    return Release(held.unit.id);
+  }
+  const double seconds = Seconds(Clock::Steady().Now() - start);
+  gathered_->leases.push_back(held);
+  gathered_->seconds += seconds;
+  rendering_seconds_ += seconds;
   ++leases_;
-  rendering_seconds_ += delivery.header.seconds;
-  delivery.contribution = std::move(*contribution);
-  delivery.job = std::move(job);
-  delivery.state = std::move(state);
+}
+
+void Worker::Deliver() {
+  if (!gathered_) return;
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return deliveries_.size() < kUndelivered || abandon_.Requested(); });
-  deliveries_.push_back(std::move(delivery));
+  deliveries_.push_back(*std::exchange(gathered_, std::nullopt));
   lock.unlock();
   changed_.notify_all();
+}
+
+void Worker::GiveBackGathered() {
+  const std::vector<Held> leases = std::exchange(gathered_, std::nullopt)->leases;
+  for (const Held& held : leases) Release(held.unit.id);
+  for (const Held& held : leases) Fail(held, UnitFailure::Kind::kReturned, "");
 }
 
 // ---- results out ----
 
 void Worker::DeliverLoop() {
   while (true) {
-    Delivery delivery;
+    Gathered delivery;
     {
       std::unique_lock lock(mutex_);
       changed_.wait(lock, [&] { return !deliveries_.empty() || rendered_; });
@@ -342,26 +389,29 @@ void Worker::DeliverLoop() {
       deliveries_.pop_front();
     }
     changed_.notify_all();
+    ContributionHeader header = delivery.Header();
+    const std::string what = std::to_string(header.nodes.size()) + " leases of iteration " +
+                             std::to_string(header.round.iteration) + ", round " +
+                             std::to_string(header.round.index) + " of " + header.job.value;
     try {
       const auto start = Clock::Steady().Now();
       const Bytes bytes = SerializeContribution(delivery.contribution);
+      ++deliveries_made_;
       delivered_bytes_ += bytes.size();
       delivery.job->Recycle(delivery.state, std::move(delivery.contribution.statistics));
       Persistently(nullptr, [&] {
         // Whoever this worker is by now: results are taken from anyone.
-        delivery.header.worker = Id();
-        const auto outcome = working_.SubmitContribution(delivery.header, bytes);
-        spdlog::debug("{} of {}: outcome {}", delivery.header.node.ToString(), delivery.header.job.value,
-                      static_cast<int>(outcome));
+        header.worker = Id();
+        const auto outcome = working_.SubmitContribution(header, bytes);
+        spdlog::debug("{}: outcome {}", what, static_cast<int>(outcome));
       });
       delivering_seconds_ += Seconds(Clock::Steady().Now() - start);
     } catch (const Error& error) {
-      spdlog::warn("{} of {} was not delivered: {}", delivery.header.node.ToString(), delivery.header.job.value,
-                   error.what());
+      spdlog::warn("{} were not delivered: {}", what, error.what());
     }
-    Release(delivery.unit.id);
+    for (const Held& held : delivery.leases) Release(held.unit.id);
   }
-  spdlog::info("delivered {:.1f} MiB (before compression) in {:.2f} s, beside rendering",
+  spdlog::info("delivered {} times, {:.1f} MiB (before compression) in {:.2f} s, beside rendering", deliveries_made_,
                static_cast<double>(delivered_bytes_) / (1 << 20), delivering_seconds_);
 }
 

@@ -1,6 +1,6 @@
 // A worker: leases units, renders them, delivers what came out. Four threads: one asks for the next lease and fetches
-// its state while the current one renders; one renders (on as many threads as it may use); one delivers; one keeps the
-// leases alive and hears which to give up.
+// its state while the current one renders; one renders (on as many threads as it may use) and gathers what leases of one
+// round bring; one delivers; one keeps the leases alive and hears which to give up.
 //
 // It may be killed at any time; whatever it held is rendered by others. While its coordinator is away it tries again,
 // for ever.
@@ -41,12 +41,15 @@ class Worker {
     LeasedUnit unit;
     std::shared_ptr<StopToken> stop = std::make_shared<StopToken>();
   };
-  struct Delivery {
-    LeasedUnit unit;
-    ContributionHeader header;
+  // What leases of one round have brought together, on its way out.
+  struct Gathered {
+    std::vector<Held> leases;
     Contribution contribution;
     std::shared_ptr<LoadedJob> job;
     std::shared_ptr<const State> state;
+    double seconds = 0;  // of rendering
+    bool Takes(const LeasedUnit& unit) const;
+    ContributionHeader Header() const;
   };
   void FetchLoop();
   void RenderLoop();
@@ -54,6 +57,8 @@ class Worker {
   void KeepLoop();
   void Survey(const Held& held);
   void Render(const Held& held);
+  void Deliver();       // what is gathered
+  void GiveBackGathered();  // to be rendered by others
   void Fail(const Held& held, UnitFailure::Kind kind, const std::string& message);
   // Repeats until it was answered, the unit is void, or this worker gives up at its end.
   void Persistently(const StopToken* stop, const std::function<void()>& call);
@@ -69,8 +74,9 @@ class Worker {
   AssetCache assets_;
   JobCache jobs_;
 
+  std::optional<Gathered> gathered_;  // of the rendering thread
   // Of the rendering thread, and of the delivering one: what the log says at the end.
-  uint64_t leases_ = 0, delivered_bytes_ = 0;
+  uint64_t leases_ = 0, deliveries_made_ = 0, delivered_bytes_ = 0;
   double rendering_seconds_ = 0, delivering_seconds_ = 0;
 
   std::mutex register_;
@@ -79,7 +85,7 @@ class Worker {
   WorkerId id_;
   Clock::Duration lease_duration_ = std::chrono::seconds(10);
   std::deque<Held> ready_;
-  std::deque<Delivery> deliveries_;
+  std::deque<Gathered> deliveries_;
   std::map<LeaseId, std::shared_ptr<StopToken>> held_;
   bool draining_ = false, fetched_ = false, rendered_ = false, delivered_ = false;
   StopToken drain_, abandon_;

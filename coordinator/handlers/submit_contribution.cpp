@@ -8,7 +8,6 @@ void SubmitContribution::Add(const v1::ContributionChunk& chunk) {
     if (!chunk.has_header())
       throw Error(ErrorKind::kInvalidInput, "the first chunk of a contribution must carry its header");
     header_ = FromProto(chunk.header());
-    begun_ = Clock::Steady().Now();
   }
   if (compressed_.size() + chunk.data().size() > header_->size + (header_->size >> 6) + 4096) {
     throw Error(ErrorKind::kInvalidInput,
@@ -19,7 +18,7 @@ void SubmitContribution::Add(const v1::ContributionChunk& chunk) {
 
 void SubmitContribution::Finish(v1::SubmitContributionReply* reply) {
   if (!header_) throw Error(ErrorKind::kInvalidInput, "a contribution without chunks");
-  const auto outcome = farm_.SubmitContribution(*header_, compressed_, Clock::Steady().Now() - begun_);
+  const auto outcome = farm_.SubmitContribution(*header_, compressed_);
   reply->set_outcome(static_cast<v1::ContributionOutcome>(outcome));
 }
 

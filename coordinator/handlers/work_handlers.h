@@ -33,7 +33,6 @@ class SubmitContribution {
  private:
   Farm& farm_;
   std::optional<ContributionHeader> header_;
-  Clock::Duration begun_{};
   Bytes compressed_;
 };
 

@@ -57,11 +57,13 @@ void LocalExecutor::Recycle(const std::shared_ptr<const State>& state, std::uniq
 
 std::optional<Contribution> LocalExecutor::Execute(const std::shared_ptr<const State>& state, const Round& round,
                                                    const StopToken& stop) {
-  return ExecuteNode(state, round, TreeNode::Root(round.unit_count), stop);
+  Contribution whole;
+  if (!ExecuteNode(state, round, TreeNode::Root(round.unit_count), stop, &whole)) return std::nullopt;
+  return whole;
 }
 
-std::optional<Contribution> LocalExecutor::ExecuteNode(const std::shared_ptr<const State>& state, const Round& round,
-                                                       TreeNode node, const StopToken& stop) {
+bool LocalExecutor::ExecuteNode(const std::shared_ptr<const State>& state, const Round& round, TreeNode node,
+                                const StopToken& stop, Contribution* into) {
   if (!impl_->tracer || impl_->prepared_state != state) {
     impl_->tracer = PrepareTracer(impl_->scene, impl_->job, impl_->method, state);
     impl_->prepared_state = state;
@@ -73,9 +75,10 @@ std::optional<Contribution> LocalExecutor::ExecuteNode(const std::shared_ptr<con
   std::atomic<bool> complete{true};
   const int shares = std::max(1, std::min<int>(impl_->threads, static_cast<int>(end - node.first())));
   std::vector<Contribution> parts(static_cast<size_t>(shares));
+  parts[0].statistics = std::move(into->statistics);
   const auto render = [&](uint32_t share) {
     Contribution& part = parts[share];
-    if (round.record) part.statistics = impl_->TakeStatistics(state);
+    if (round.record && !part.statistics) part.statistics = impl_->TakeStatistics(state);
     for (uint32_t unit; (unit = next.fetch_add(1)) < end;) {
       if (!impl_->tracer->Execute(round, unit, stop, &part)) {
         complete = false;
@@ -84,11 +87,20 @@ std::optional<Contribution> LocalExecutor::ExecuteNode(const std::shared_ptr<con
     }
   };
   impl_->arena.execute([&] { ParallelFor<tbb::simple_partitioner>(static_cast<uint32_t>(shares), render); });
-  if (!complete) return std::nullopt;
-  Contribution whole = std::move(parts[0]);
-  for (int share = 1; share < shares; ++share) whole.Merge(std::move(parts[static_cast<size_t>(share)]));
-  LODESTAR_CHECK(whole.tiles.size() == end - node.first());
-  return whole;
+  if (!complete) return false;
+  const size_t before = into->tiles.size();
+  for (Contribution& part : parts) {
+    std::unique_ptr<Statistics> recorded = std::move(part.statistics);
+    into->Merge(std::move(part));
+    if (!into->statistics) {
+      into->statistics = std::move(recorded);
+    } else if (recorded) {
+      into->statistics->Merge(*recorded);
+      Recycle(state, std::move(recorded));
+    }
+  }
+  LODESTAR_CHECK(into->tiles.size() == before + (end - node.first()));
+  return true;
 }
 
 }  // namespace lodestar

@@ -13,9 +13,10 @@ class LocalExecutor final : public Executor {
   ~LocalExecutor() override;
   std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
                                       const StopToken& stop) override;
-  // One node of the round's tree: a worker's lease.
-  std::optional<Contribution> ExecuteNode(const std::shared_ptr<const State>& state, const Round& round, TreeNode node,
-                                          const StopToken& stop);
+  // One node of the round's tree, a worker's lease, added to `into`: empty, or of other nodes of the same round. False
+  // where `stop` came first: then `into` is of no use, since what half a unit has recorded cannot be taken out again.
+  bool ExecuteNode(const std::shared_ptr<const State>& state, const Round& round, TreeNode node, const StopToken& stop,
+                   Contribution* into);
   // Statistics of a contribution that are not needed any more, to record into again: beside rendering, so that units
   // need not wait for new memory. `state`: theirs.
   void Recycle(const std::shared_ptr<const State>& state, std::unique_ptr<Statistics> statistics);

@@ -173,7 +173,7 @@ TEST_F(BadInput, UnknownNamesAreNotFound) {
 
 TEST_F(BadInput, ContributionsThatAreNoneAreRefused) {
   WorkClient worker(server->address());
-  const ContributionHeader header{{"w"}, {1}, queued, {0, 0, 0, 1, 12, true}, {0, 0}, Sha256("s"), {}, 0, 1};
+  const ContributionHeader header{{"w"}, {{1}}, queued, {0, 0, 0, 1, 12, true}, {{0, 0}}, Sha256("s"), {}, 0, 1};
   EXPECT_EQ(worker.SubmitContribution(header, "garbage"), ContributionOutcome::kStale) << "its job has no open round";
   // Half a stream, then gone.
   grpc::ClientContext context;

@@ -42,6 +42,7 @@ class UnrulyWorker {
     }
   }
   std::map<ContributionOutcome, int> outcomes;
+  size_t most_nodes = 0;  // delivered at once
 
  private:
   struct Result {
@@ -59,12 +60,28 @@ class UnrulyWorker {
     if (r.node.level > 0 && random_() % 3 == 0) nodes = {r.node.Child(1), r.node.Child(0)};
     for (const TreeNode node : nodes) {
       if (!node.ValidIn(r.round.unit_count)) continue;
-      const auto contribution = executor_.ExecuteNode(states_[r.state.hex], r.round, node, StopToken());
-      held_.push_back(
-          {{id_, unit.id, unit.job, r.round, node, r.state, {}, 0, 0.001}, SerializeContribution(*contribution)});
+      ContributionHeader& header = gathered_.header;
+      const bool fits = header.round == r.round && header.state == r.state && header.job == unit.job &&
+                        std::ranges::none_of(header.nodes, [&](TreeNode other) {
+                          return other.Covers(node) || node.Covers(other);  // leased again
+                        });
+      if (!fits || random_() % 2) Gather();
+      if (header.nodes.empty()) header = {id_, {}, unit.job, r.round, {}, r.state, {}, 0, 0.001};
+      header.leases.push_back(unit.id);
+      header.nodes.push_back(node);
+      executor_.ExecuteNode(states_[r.state.hex], r.round, node, StopToken(), &gathered_.contribution);
     }
   }
+  // Several leases' work may go out as one.
+  void Gather() {
+    auto [header, contribution] = std::exchange(gathered_, {});
+    if (header.nodes.empty()) return;
+    std::ranges::sort(header.nodes, {}, &TreeNode::first);
+    most_nodes = std::max(most_nodes, header.nodes.size());
+    held_.push_back({header, SerializeContribution(contribution)});
+  }
   void Deliver() {
+    Gather();
     std::shuffle(held_.begin(), held_.end(), random_);
     if (!old_.empty() && random_() % 2) held_.push_back(old_[random_() % old_.size()]);
     for (const auto& result : held_) {
@@ -82,6 +99,10 @@ class UnrulyWorker {
   std::mt19937 random_;
   WorkerId id_;
   std::map<std::string, std::shared_ptr<const State>> states_;
+  struct {
+    ContributionHeader header;
+    Contribution contribution;
+  } gathered_;
   std::vector<Result> held_, old_;
 };
 
@@ -102,9 +123,12 @@ TEST_F(InProcessFarm, DisorderDoesNotShow) {
     ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
     EXPECT_TRUE(SameBits(client->GetImage(id), expected.image)) << "seed " << seed;
     std::map<ContributionOutcome, int> outcomes;
+    size_t most_nodes = 0;
     for (const auto& worker : workers) {
       for (const auto& [outcome, count] : worker->outcomes) outcomes[outcome] += count;
+      most_nodes = std::max(most_nodes, worker->most_nodes);
     }
+    EXPECT_GT(most_nodes, 1u);
     EXPECT_GT(outcomes[ContributionOutcome::kCommitted], 0);
     EXPECT_GT(outcomes[ContributionOutcome::kCovered] + outcomes[ContributionOutcome::kStale], 0)
         << "nobody sent anything twice or late";
@@ -128,18 +152,19 @@ TEST_F(InProcessFarm, ResultsAreTakenOnceAndOnlyWhereTheyBelong) {
   ASSERT_TRUE(unit && unit->render);
   const RenderUnit r = *unit->render;
   const auto state = method->ParseState(worker.FetchState(r.state));
-  const auto contribution = executor.ExecuteNode(state, r.round, r.node, StopToken());
-  ASSERT_EQ(worker.SubmitContribution({id, unit->id, job, r.round, r.node, r.state, {}, 0, 0.01},
-                                      SerializeContribution(*contribution)),
+  Contribution contribution;
+  executor.ExecuteNode(state, r.round, r.node, StopToken(), &contribution);
+  ASSERT_EQ(worker.SubmitContribution({id, {unit->id}, job, r.round, {r.node}, r.state, {}, 0, 0.01},
+                                      SerializeContribution(contribution)),
             ContributionOutcome::kCommitted);
-  EXPECT_EQ(worker.SubmitContribution({id, unit->id, job, r.round, r.node, r.state, {}, 0, 0.01},
-                                      SerializeContribution(*contribution)),
+  EXPECT_EQ(worker.SubmitContribution({id, {unit->id}, job, r.round, {r.node}, r.state, {}, 0, 0.01},
+                                      SerializeContribution(contribution)),
             ContributionOutcome::kCovered);
-  auto header = ContributionHeader{id, unit->id, job, r.round, r.node, Sha256("another state"), {}, 0, 0.01};
-  EXPECT_EQ(worker.SubmitContribution(header, SerializeContribution(*contribution)), ContributionOutcome::kStale);
+  auto header = ContributionHeader{id, {unit->id}, job, r.round, {r.node}, Sha256("another state"), {}, 0, 0.01};
+  EXPECT_EQ(worker.SubmitContribution(header, SerializeContribution(contribution)), ContributionOutcome::kStale);
   header.state = r.state;
   header.job = {"job-99"};
-  EXPECT_EQ(worker.SubmitContribution(header, SerializeContribution(*contribution)), ContributionOutcome::kJobEnded);
+  EXPECT_EQ(worker.SubmitContribution(header, SerializeContribution(contribution)), ContributionOutcome::kJobEnded);
 }
 
 TEST_F(InProcessFarm, AWorkerStopsWithinATenthOfASecond) {

@@ -39,9 +39,10 @@ class HandWorker {
       state_ = method_->ParseState(client_.FetchState(r.state));
       state_hash_ = r.state;
     }
-    const auto contribution = executor_.ExecuteNode(state_, r.round, r.node, StopToken());
-    return client_.SubmitContribution({id_, unit.id, unit.job, r.round, r.node, r.state, {}, 0, 0.01},
-                                      SerializeContribution(*contribution));
+    Contribution contribution;
+    executor_.ExecuteNode(state_, r.round, r.node, StopToken(), &contribution);
+    return client_.SubmitContribution({id_, {unit.id}, unit.job, r.round, {r.node}, r.state, {}, 0, 0.01},
+                                      SerializeContribution(contribution));
   }
 
  private:

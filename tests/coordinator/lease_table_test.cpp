@@ -150,50 +150,60 @@ TEST_F(LeaseTableTest, RandomHistoriesEndCompleteAndConsistent) {
   }
 }
 
+// Who gathers several leases before he delivers is not late while all of them together are not.
+TEST_F(LeaseTableTest, WhatAWorkerHoldsIsExpectedTogether) {
+  LeaseTable table(16, options, clock);
+  const auto first = table.Grant(Next(), kAnn, 8);
+  clock.Advance(milliseconds(800));
+  const auto second = table.Grant(Next(), kAnn, 8);
+  clock.Advance(milliseconds(2000));  // alone, the first would be late by now: 8 units of 0.1 s
+  EXPECT_FALSE(table.GrantCopy(Next(), kBob, 0.1));
+  clock.Advance(milliseconds(2400));  // 16 units, three times, and the grace
+  const auto copy = table.GrantCopy(Next(), kBob, 0.1);
+  ASSERT_TRUE(copy);
+  EXPECT_EQ(copy->node, second->node.Child(1)) << "what is likely to be done last";
+}
+
 TEST(LeaseUnits, ShareARoundAndShrinkTowardItsEnd) {
   const LeaseSizing sizing;
-  const LeaseCosts costs{0.001, 0.0004};
   uint32_t free = 1024, leases = 0, last = 1024;
   while (free > 0) {
-    const uint32_t units = std::min(free, LeaseUnits(sizing, free, 1024, 0.5, costs, false));
+    const uint32_t units = std::min(free, LeaseUnits(sizing, free, 1024, 0.5, 0.001, false));
     EXPECT_LE(units, last) << "where " << free << " are left";
     free -= last = units;
     ++leases;
   }
   EXPECT_LE(leases, 2u * 10) << "halves, quarters ...";
-  EXPECT_LE(last, 8u) << "so that all end together";
-  EXPECT_GE(LeaseUnits(sizing, 100, 1024, 0.5, costs, true), 256u)
+  EXPECT_LE(last, 16u) << "so that all end together: a fiftieth of a second";
+  EXPECT_GE(LeaseUnits(sizing, 100, 1024, 0.5, 0.001, true), 256u)
       << "where more follows there is no tail to be short for";
-  EXPECT_EQ(LeaseUnits(sizing, 1, 1, 0.002, {}, false), 1u);
-  EXPECT_LE(LeaseUnits(sizing, 1024, 1024, 0.5, {}, true), 64u) << "nothing is known yet";
+  EXPECT_EQ(LeaseUnits(sizing, 1, 1, 0.002, 0, false), 1u);
+  EXPECT_LE(LeaseUnits(sizing, 1024, 1024, 0.5, 0, true), 64u) << "nothing is known yet";
 }
 
 TEST(LeaseUnits, FollowTheWorkersSpeed) {
   const LeaseSizing sizing;
   // One worker is seven times as fast as the other: what each takes should last alike.
-  const uint32_t fast = LeaseUnits(sizing, 1024, 1024, 7 / 8.0, {0.0001, 0}, false),
-                 slow = LeaseUnits(sizing, 1024, 1024, 1 / 8.0, {0.0007, 0}, false);
+  const uint32_t fast = LeaseUnits(sizing, 1024, 1024, 7 / 8.0, 0.001, false),
+                 slow = LeaseUnits(sizing, 1024, 1024, 1 / 8.0, 0.007, false);
   EXPECT_EQ(fast, 8 * slow);
 }
 
 TEST(LeaseUnits, HaveTwoSecondsOfWorkWhereTheRoundIsLongEnough) {
   const LeaseSizing sizing;
   for (const double seconds : {0.01, 0.1, 0.5}) {
-    const double work = seconds * LeaseUnits(sizing, 100000, 100000, 0.25, {seconds, 0.001}, true);
+    const double work = seconds * LeaseUnits(sizing, 100000, 100000, 0.25, seconds, true);
     EXPECT_GE(work, 2 / 1.5) << seconds << ": blocks are powers of two";
     EXPECT_LE(work, 2 * 1.5) << seconds;
   }
-  EXPECT_EQ(LeaseUnits(sizing, 1000, 1000, 1.0, {60, 0.001}, false), 1u) << "a unit of a minute goes out alone";
+  EXPECT_EQ(LeaseUnits(sizing, 1000, 1000, 1.0, 60, false), 1u) << "a unit of a minute goes out alone";
 }
 
-TEST(LeaseUnits, CostAFiftiethOfTheirWorkAtMost) {
+TEST(LeaseUnits, AreNotTooSmallForTheirCall) {
   const LeaseSizing sizing;
-  // A lease costs 0.2 s: it should have 10 s of work, and has where the round allows it.
-  EXPECT_GE(0.01 * LeaseUnits(sizing, 100000, 100000, 0.25, {0.01, 0.2}, true), 10 / 1.5);
-  EXPECT_GE(LeaseUnits(sizing, 1024, 1024, 0.5, {0.001, 0.01}, true), 256u) << "half of a part";
-  // Where it does not, nobody takes what is others' part.
-  EXPECT_LE(LeaseUnits(sizing, 1024, 1024, 0.5, {0.001, 100}, true), 512u);
-  EXPECT_LE(LeaseUnits(sizing, 400, 1024, 0.5, {0.001, 100}, false), 256u);
+  EXPECT_GE(0.0001 * LeaseUnits(sizing, 100, 1024, 0.5, 0.0001, false), 0.02 / 8) << "what is left, at the end";
+  EXPECT_GE(0.0001 * LeaseUnits(sizing, 1024, 1024, 0.5, 0.0001, false), 0.02 / 1.5);
+  EXPECT_LE(LeaseUnits(sizing, 400, 1024, 0.5, 0.00001, false), 256u) << "nobody takes what is others' part";
 }
 
 }  // namespace

@@ -106,12 +106,13 @@ class DirectWorker {
       v1::StateChunk chunk;
       for (auto next = FetchState(farm_, request); next(&chunk);) compressed += chunk.data();
       const auto state = method_->ParseState(Decompress(compressed, "state"));
-      const auto contribution = executor_.ExecuteNode(state, r.round, r.node, StopToken());
-      const Bytes bytes = SerializeContribution(*contribution);
+      Contribution contribution;
+      executor_.ExecuteNode(state, r.round, r.node, StopToken(), &contribution);
+      const Bytes bytes = SerializeContribution(contribution);
       for (int i = random_() % 4 == 0 ? 2 : 1; i > 0; --i) {
         v1::ContributionChunk part;
         *part.mutable_header() = ToProto(
-            ContributionHeader{{id_}, unit.id, unit.job, r.round, r.node, r.state, Sha256(bytes), bytes.size(), 0.001});
+            ContributionHeader{{id_}, {unit.id}, unit.job, r.round, {r.node}, r.state, Sha256(bytes), bytes.size(), 0.001});
         part.set_data(Compress(bytes));
         SubmitContribution submit(farm_);
         submit.Add(part);

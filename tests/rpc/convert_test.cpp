@@ -114,20 +114,23 @@ TEST(Convert, LeasesSurvive) {
 }
 
 TEST(Convert, ContributionHeadersSurviveOrAreRefused) {
-  ContributionHeader h{{"w"}, {1}, {"job-1"}, {1, 2, 3, 4, 5, false}, {2, 1}, {kHash}, {kHash}, 99, 0.5};
+  ContributionHeader h{{"w"}, {{1}, {7}}, {"job-1"}, {1, 2, 3, 4, 5, false}, {{2, 1}, {0, 9}}, {kHash}, {kHash}, 99, 0.5};
   const auto back = FromProto(ToProto(h));
   EXPECT_EQ(back.round, h.round);
-  EXPECT_EQ(back.node, h.node);
+  EXPECT_EQ(back.leases, h.leases);
+  EXPECT_EQ(back.nodes, h.nodes);
   EXPECT_EQ(back.size, h.size);
   EXPECT_EQ(back.seconds, h.seconds);
   auto m = ToProto(h);
   m.set_size(kMaxContributionBytes + 1);
   Refusal([&] { FromProto(m); });
   m = ToProto(h);
-  m.mutable_node()->set_level(40);
+  m.mutable_nodes(1)->set_level(40);
   Refusal([&] { FromProto(m); });
-  m.mutable_node()->set_level(31);
-  m.mutable_node()->set_index(9);
+  m.mutable_nodes(1)->set_level(31);
+  m.mutable_nodes(1)->set_index(9);
+  Refusal([&] { FromProto(m); });
+  m.clear_nodes();
   Refusal([&] { FromProto(m); });
   m = ToProto(h);
   m.set_state_sha256("x");

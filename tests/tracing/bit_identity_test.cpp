@@ -78,14 +78,26 @@ class ShuffledExecutor final : public Executor {
   std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
                                       const StopToken& stop) override {
     RoundReduction reduction(method_, state, grid_, round);
+    Contribution gathered;
+    std::vector<TreeNode> together;
+    const auto commit = [&] {
+      if (together.empty()) return;
+      std::ranges::sort(together, {}, &TreeNode::first);
+      const Bytes bytes = SerializeContribution(std::exchange(gathered, {}));
+      for (uint32_t copies = 1 + random_() % 2; copies-- > 0;) reduction.Commit(together, bytes);
+      together.clear();
+    };
     while (!reduction.Complete()) {
       std::vector<TreeNode> nodes = reduction.Missing(random_() % 3);
       std::shuffle(nodes.begin(), nodes.end(), random_);
       for (const TreeNode node : nodes) {
         if (random_() % 4 == 0) continue;  // lost
-        const Bytes bytes = SerializeContribution(*local_.ExecuteNode(state, round, node, stop));
-        for (uint32_t copies = 1 + random_() % 2; copies-- > 0;) reduction.Commit({&node, 1}, bytes);
+        // Several nodes may be recorded into one contribution.
+        local_.ExecuteNode(state, round, node, stop, &gathered);
+        together.push_back(node);
+        if (random_() % 2 == 0) commit();
       }
+      commit();
     }
     return reduction.Take();
   }
