@@ -58,7 +58,7 @@ class Farm {
                       RenewAnswer answer);
   void Withdraw(uint64_t call);
   std::shared_ptr<const Bytes> CompressedState(const ContentHash& hash) const;
-  ContributionOutcome SubmitContribution(const ContributionHeader& header, std::string_view compressed);
+  ContributionOutcome SubmitContribution(const ContributionHeader& header, std::string_view bytes);
   void SubmitSurvey(const SurveyResult& result);
   void ReportFailure(const UnitFailure& failure);
 

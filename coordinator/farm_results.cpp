@@ -6,7 +6,7 @@
 
 namespace lodestar {
 
-ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, std::string_view compressed) {
+ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, std::string_view bytes) {
   // Step 1: is it of something that is still open?
   Job* job = nullptr;
   std::shared_ptr<JobRun> run;
@@ -33,10 +33,6 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
     }
   }
   // Step 2: decode and merge, beside everything else.
-  const std::string what = "the contribution of " + header.nodes.front().ToString();
-  const Bytes bytes = Decompress(compressed, what, header.size);
-  if (bytes.size() != header.size || Sha256(bytes) != header.hash)
-    throw Error(ErrorKind::kCorrupt, what + " came damaged: its hash is another");
   RoundReduction::Outcome outcome;
   {
     std::lock_guard merge(open->merge);

@@ -109,7 +109,6 @@ v1::ContributionHeader ToProto(const ContributionHeader& h) {
   *m.mutable_round() = ToProto(h.round);
   for (const TreeNode node : h.nodes) *m.add_nodes() = ToProto(node);
   m.set_state_sha256(h.state.hex);
-  m.set_sha256(h.hash.hex);
   m.set_size(h.size);
   m.set_seconds(h.seconds);
   return m;
@@ -123,7 +122,6 @@ ContributionHeader FromProto(const v1::ContributionHeader& m) {
   if (m.nodes().empty()) Refuse("a contribution of no tree nodes");
   for (const auto& node : m.nodes()) h.nodes.push_back(FromProto(node));
   h.state = Hash(m.state_sha256(), "a contribution's state");
-  h.hash = Hash(m.sha256(), "a contribution's hash");
   h.size = m.size();
   h.seconds = std::isfinite(m.seconds()) && m.seconds() > 0 ? m.seconds() : 0;
   if (h.size > kMaxContributionBytes)

@@ -156,15 +156,13 @@ void WorkClient::FetchAsset(const ContentHash& hash, const std::filesystem::path
 }
 
 ContributionOutcome WorkClient::SubmitContribution(ContributionHeader header, std::string_view bytes) {
-  header.hash = Sha256(bytes);
   header.size = bytes.size();
-  const Bytes compressed = Compress(bytes);
   v1::SubmitContributionReply reply;
   impl_->Call(minutes(5), [&](grpc::ClientContext* context) {
     auto writer = impl_->stub->SubmitContribution(context, &reply);
     v1::ContributionChunk chunk;
     *chunk.mutable_header() = ToProto(header);
-    ForEachChunk(compressed, [&](std::string_view part) {
+    ForEachChunk(bytes, [&](std::string_view part) {
       chunk.set_data(part.data(), part.size());
       const bool written = writer->Write(chunk);
       chunk.Clear();

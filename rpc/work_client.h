@@ -27,7 +27,7 @@ class WorkClient {
   Bytes FetchBytes(const ContentHash& hash, uint64_t max_size);  // a small asset, verified
   // Streams the content into a file that must not exist yet, verified; nothing is left behind on failure.
   void FetchAsset(const ContentHash& hash, const std::filesystem::path& file);
-  // Compresses and sends; fills in the header's hash and size.
+  // Fills in the header's size.
   ContributionOutcome SubmitContribution(ContributionHeader header, std::string_view bytes);
   void SubmitSurvey(const SurveyResult& result);
   void ReportFailure(const UnitFailure& failure);

@@ -53,8 +53,7 @@ struct ContributionHeader {
   Round round;
   std::vector<TreeNode> nodes;  // ascending
   ContentHash state;
-  ContentHash hash;   // of the uncompressed bytes
-  uint64_t size = 0;  // uncompressed
+  uint64_t size = 0;  // bytes
   double seconds = 0;
 };
 enum class ContributionOutcome { kCommitted = 1, kCovered, kStale, kJobEnded };

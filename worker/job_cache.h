@@ -23,10 +23,6 @@ class LoadedJob {
   // LocalExecutor::ExecuteNode
   bool Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads, const StopToken& stop,
                Contribution* into);
-  // LocalExecutor::Recycle
-  void Recycle(const std::shared_ptr<const State>& state, std::unique_ptr<Statistics> statistics) {
-    executor_->Recycle(state, std::move(statistics));
-  }
 
  private:
   const JobDescription description_;

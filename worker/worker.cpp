@@ -398,7 +398,7 @@ void Worker::DeliverLoop() {
       const Bytes bytes = SerializeContribution(delivery.contribution);
       ++deliveries_made_;
       delivered_bytes_ += bytes.size();
-      delivery.job->Recycle(delivery.state, std::move(delivery.contribution.statistics));
+      delivery.contribution = {};  // its memory serves the next
       Persistently(nullptr, [&] {
         // Whoever this worker is by now: results are taken from anyone.
         header.worker = Id();

@@ -33,7 +33,7 @@ class SubmitContribution {
  private:
   Farm& farm_;
   std::optional<ContributionHeader> header_;
-  Bytes compressed_;
+  Bytes bytes_;
 };
 
 }  // namespace lodestar

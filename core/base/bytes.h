@@ -67,6 +67,8 @@ class ByteReader {
   }
   std::string GetString() { return std::string(GetView()); }
   std::string_view GetRaw(size_t size) { return {Need(size), size}; }
+  // The next bytes, not yet read; null where there are fewer.
+  const char* Peek(size_t size) const { return size <= remaining() ? bytes_.data() + at_ : nullptr; }
   // A string where it lies, within the bytes that are read.
   std::string_view GetView() {
     const auto size = GetSize(1);

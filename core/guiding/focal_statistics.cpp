@@ -92,11 +92,4 @@ void FocalStatistics::Merge(const FocalStatistics& other) {
   });
 }
 
-void FocalStatistics::Clear() {
-  ForTouched([&](uint32_t node) { std::fill_n(sums_.data() + size_t{node} * 8, 8, ExactSum()); });
-  std::ranges::fill(touched_, 0);
-  std::ranges::fill(fractions_, FractionSums());
-  counts_ = {};
-}
-
 }  // namespace lodestar

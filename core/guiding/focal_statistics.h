@@ -59,7 +59,6 @@ class FocalStatistics {
   // Adds what Serialize() wrote. Throws Error(kCorrupt), and kConflict where the bytes belong to another field; then
   // nothing has changed.
   void MergeSerialized(std::string_view bytes);
-  void Clear();  // costs what was touched
 
   const std::shared_ptr<const FocalField>& field() const { return field_; }
   const Counts& counts() const { return counts_; }

@@ -42,12 +42,6 @@ void GridStatistics::Merge(const GridStatistics& other) {
   });
 }
 
-void GridStatistics::Clear() {
-  ForEach([&](size_t entry, const Sum&) { sums_[entry] = {}; });
-  std::ranges::fill(touched_, 0);
-  counts_ = {};
-}
-
 // Version 2: header, counts, then the entries with a record, each with its count and sum.
 Bytes GridStatistics::Serialize() const {
   uint64_t entries = 0;

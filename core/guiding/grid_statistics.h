@@ -49,7 +49,6 @@ class GridStatistics {
   // Adds what Serialize() wrote. Throws Error(kCorrupt), and kConflict where the bytes belong to another grid; then
   // nothing has changed.
   void MergeSerialized(std::string_view bytes);
-  void Clear();  // costs what was touched
 
   const std::shared_ptr<const RadianceGrid>& grid() const { return grid_; }
   const Counts& counts() const { return counts_; }

@@ -27,6 +27,18 @@ SdTreeStatistics::SdTreeStatistics(std::shared_ptr<const SdTree> tree)
       lights_(tree_->leaf_count() * groups_),
       touched_((tree_->leaf_count() + 63) / 64) {}
 
+// Of what has been moved from, nothing is touched and nothing there to keep.
+SdTreeStatistics::~SdTreeStatistics() {
+  ForTouched([&](uint32_t leaf) {
+    leaves_[leaf] = {};
+    std::fill_n(lights_.data() + leaf * groups_, groups_, ExactSum());
+    std::fill_n(slots_.data() + FirstSum(leaf), SumCount(leaf), ExactSum());
+  });
+  slots_.Keep();
+  leaves_.Keep();
+  lights_.Keep();
+}
+
 std::optional<SdTreeStatistics::Pending> SdTreeStatistics::Gate(const SdTreeRecord& r) {
   LODESTAR_DCHECK(r.leaf < tree_->leaf_count());
   if (r.delta) {
@@ -201,16 +213,6 @@ void SdTreeStatistics::Merge(const SdTreeStatistics& other) {
     ExactSum* const to = slots_.data() + FirstSum(leaf);
     for (size_t slot = 0; slot < from.size(); ++slot) to[slot].Merge(from[slot]);
   });
-}
-
-void SdTreeStatistics::Clear() {
-  ForTouched([&](uint32_t leaf) {
-    leaves_[leaf] = {};
-    std::fill_n(lights_.data() + leaf * groups_, groups_, ExactSum());
-    std::fill_n(slots_.data() + FirstSum(leaf), SumCount(leaf), ExactSum());
-  });
-  std::ranges::fill(touched_, 0);
-  counts_ = {};
 }
 
 uint64_t SdTreeStatistics::touched_leaves() const {

@@ -79,7 +79,7 @@ class SdTreeStatistics {
 
   explicit SdTreeStatistics(std::shared_ptr<const SdTree> tree);
   SdTreeStatistics(SdTreeStatistics&&) = default;
-  SdTreeStatistics& operator=(SdTreeStatistics&&) = default;
+  ~SdTreeStatistics();  // clears what was touched, and keeps the pages for others
 
   // u_spatial in [0, 1)^3 is used by the stochastic filter only.
   void Record(const SdTreeRecord& record, Vec3 u_spatial, uint32_t half = 0);
@@ -102,7 +102,6 @@ class SdTreeStatistics {
   // Adds what Serialize() wrote. Throws Error(kCorrupt), and kConflict where the bytes belong to another tree; then
   // nothing has changed.
   void MergeSerialized(std::string_view bytes);
-  void Clear();  // costs what was touched
 
   const std::shared_ptr<const SdTree>& tree() const { return tree_; }
   const Counts& counts() const { return counts_; }

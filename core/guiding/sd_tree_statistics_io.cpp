@@ -1,6 +1,9 @@
 // The statistics' bytes, version 3: header, totals, then per touched leaf its weight, fraction sums and non-zero sums
 // of lights and slots. Indices are written as varint differences, sums as their significant bytes behind one byte that
 // says which (core/math/exact_sum_bytes.h).
+#include <array>
+#include <utility>
+
 #include "core/base/check.h"
 #include "core/guiding/sd_tree_statistics.h"
 #include "core/math/exact_sum_bytes.h"
@@ -16,12 +19,20 @@ void PutSums(ByteWriter& out, std::span<const ExactSum> sums) {
   uint64_t count = 0;
   for (const ExactSum& sum : sums) count += !sum.zero();
   PutVarint(out, count);
-  IndexWriter index;
+  // These are nearly all of what a worker sends: by way of a small buffer, not one by one.
+  constexpr size_t kRoom = kVarintRoom + kWideRoom;
+  std::array<char, 128 * kRoom> buffer;
+  char* at = buffer.data();
+  size_t next = 0;
   for (size_t i = 0; i < sums.size(); ++i) {
     if (sums[i].zero()) continue;
-    index.Put(out, i);
-    PutSum(out, sums[i]);
+    at = WriteWide(WriteVarint(at, i - std::exchange(next, i + 1)), sums[i].Units());
+    if (at + kRoom > buffer.data() + buffer.size()) {
+      out.PutRaw({buffer.data(), at});
+      at = buffer.data();
+    }
   }
+  out.PutRaw({buffer.data(), at});
 }
 
 template <bool kAdd>

@@ -1,6 +1,9 @@
 // An array of zeroes straight from the operating system: pages that are never touched cost nothing, so an accumulator
 // as wide as the state is cheap to create for a second's work. Large pages are of 2 MiB where the system grants them,
 // so that an addition at random misses the cache but not the translation of its address too.
+//
+// Pages that were touched are dear: the system clears each before it hands it out (measured in a virtual machine: 1 ms
+// a MiB). So whoever has cleared what it touched may keep the pages for the process's next array.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +13,15 @@
 
 namespace lodestar {
 
-// Throws Error(kIo) when the address space is refused.
-void* MapZeroPages(size_t bytes);
-void UnmapPages(void* address, size_t bytes);
+struct ZeroMapping {
+  void* address = nullptr;
+  size_t bytes = 0;  // of address space
+};
+// Of at least so many bytes. Throws Error(kIo) when the address space is refused.
+ZeroMapping MapZeroPages(size_t bytes);
+void Unmap(ZeroMapping mapping);
+// For a later MapZeroPages; unmapped where enough is kept. All bytes must be zero; `used`: how many may have pages.
+void KeepZeroPages(ZeroMapping mapping, size_t used);
 
 // T must be valid when all its bytes are zero.
 template <class T>
@@ -20,26 +29,29 @@ requires std::is_trivially_copyable_v<T>
 class ZeroPages {
  public:
   ZeroPages() = default;
-  explicit ZeroPages(size_t size)
-      : data_(size > 0 ? static_cast<T*>(MapZeroPages(size * sizeof(T))) : nullptr), size_(size) {}
+  explicit ZeroPages(size_t size) : mapping_(size > 0 ? MapZeroPages(size * sizeof(T)) : ZeroMapping()), size_(size) {}
   ZeroPages(ZeroPages&& other) noexcept
-      : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+      : mapping_(std::exchange(other.mapping_, {})), size_(std::exchange(other.size_, 0)) {}
   ZeroPages& operator=(ZeroPages&& other) noexcept {
-    std::swap(data_, other.data_);
+    std::swap(mapping_, other.mapping_);
     std::swap(size_, other.size_);
     return *this;
   }
   ~ZeroPages() {
-    if (data_ != nullptr) UnmapPages(data_, size_ * sizeof(T));
+    if (mapping_.address != nullptr) Unmap(mapping_);
   }
-  T& operator[](size_t i) { return data_[i]; }
-  const T& operator[](size_t i) const { return data_[i]; }
-  T* data() { return data_; }
-  const T* data() const { return data_; }
+  // Leaves it empty. All elements must be zero again.
+  void Keep() {
+    if (mapping_.address != nullptr) KeepZeroPages(std::exchange(mapping_, {}), std::exchange(size_, 0) * sizeof(T));
+  }
+  T& operator[](size_t i) { return data()[i]; }
+  const T& operator[](size_t i) const { return data()[i]; }
+  T* data() { return static_cast<T*>(mapping_.address); }
+  const T* data() const { return static_cast<const T*>(mapping_.address); }
   size_t size() const { return size_; }
 
  private:
-  T* data_ = nullptr;
+  ZeroMapping mapping_;
   size_t size_ = 0;
 };
 

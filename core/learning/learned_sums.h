@@ -21,7 +21,6 @@ class LearnedSums : public Statistics {
   }
   Bytes Serialize() const override { return sums_.Serialize(); }
   void MergeSerialized(std::string_view bytes) override { sums_.MergeSerialized(bytes); }
-  void Clear() override { sums_.Clear(); }
   void AddHealth(HealthReport* health) const override {
     health->Add(HealthEvent::kRefused, sums_.counts().refused);
     health->Add(HealthEvent::kSaturated, sums_.counts().saturated);

@@ -33,7 +33,6 @@ class Statistics {
   virtual Bytes Serialize() const = 0;
   // Adds what Serialize() wrote. Throws Error(kCorrupt), and kConflict for another state's; then nothing has changed.
   virtual void MergeSerialized(std::string_view bytes) = 0;
-  virtual void Clear() = 0;  // as new, in the same memory
   // Counts what was left out of them or changed.
   virtual void AddHealth(HealthReport* health) const {}
 };

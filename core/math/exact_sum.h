@@ -62,7 +62,14 @@ class ExactSum {
     return static_cast<Wide>((static_cast<unsigned __int128>(static_cast<uint64_t>(hi_)) << 64) | lo_);
   }
   // |units| <= 2^126 - 1, else clamped.
-  static ExactSum FromUnits(Wide units);
+  static ExactSum FromUnits(Wide units) {
+    // Clamped before it is added: a value near the ends of the 128 bits would wrap in the addition.
+    if (units > kMax) units = kMax;
+    if (units < -kMax) units = -kMax;
+    ExactSum sum;
+    sum.AddUnits(units);
+    return sum;
+  }
 
   friend bool operator==(const ExactSum&, const ExactSum&) = default;
 

@@ -1,44 +1,20 @@
 #include "core/math/exact_sum_bytes.h"
 
-#include <bit>
-#include <cstring>
-
 namespace lodestar {
 
-void PutVarint(ByteWriter& out, uint64_t value) {
-  for (; value >= 0x80; value >>= 7) out.Put(static_cast<uint8_t>(value | 0x80));
-  out.Put(static_cast<uint8_t>(value));
-}
-
 // One form only for each value: a trailing zero byte or a tenth byte above one is refused.
-uint64_t GetVarint(ByteReader& in) {
-  uint64_t value = 0;
-  for (int shift = 0; shift < 64; shift += 7) {
+uint64_t GetLongVarint(ByteReader& in, uint64_t first) {
+  uint64_t value = first & 0x7f;
+  for (int shift = 7; shift < 64; shift += 7) {
     const uint64_t byte = in.Get<uint8_t>();
     if (shift == 63 && byte > 1) in.Fail("has a number of more than 64 bits");
     value |= (byte & 0x7f) << shift;
     if (byte < 0x80) {
-      if (byte == 0 && shift > 0) in.Fail("has a number that is not in its shortest form");
+      if (byte == 0) in.Fail("has a number that is not in its shortest form");
       return value;
     }
   }
   in.Fail("has a number of more than 64 bits");
-}
-
-// Zigzag, then the bytes between the lowest and highest that are not zero. Header: skipped low bytes * 16 + count - 1;
-// 0xff for zero.
-void PutWide(ByteWriter& out, __int128 value) {
-  const unsigned __int128 bits =
-      (static_cast<unsigned __int128>(value) << 1) ^ static_cast<unsigned __int128>(value >> 127);
-  if (bits == 0) return out.Put<uint8_t>(0xff);
-  const auto low = static_cast<uint64_t>(bits), high = static_cast<uint64_t>(bits >> 64);
-  const int skipped = (low != 0 ? std::countr_zero(low) : 64 + std::countr_zero(high)) / 8;
-  const int last = (high != 0 ? 127 - std::countl_zero(high) : 63 - std::countl_zero(low)) / 8;
-  const unsigned __int128 shifted = bits >> (8 * skipped);
-  char bytes[17];
-  bytes[0] = static_cast<char>(skipped * 16 + last - skipped);
-  std::memcpy(bytes + 1, &shifted, 16);  // little-endian, as everything written here
-  out.PutRaw({bytes, static_cast<size_t>(last - skipped + 2)});
 }
 
 namespace {
@@ -77,7 +53,7 @@ __int128 GetWide(ByteReader& in) {
   return static_cast<__int128>((bits >> 1) ^ (~(bits & 1) + 1));
 }
 
-ExactSum GetSum(ByteReader& in) {
+ExactSum GetAnySum(ByteReader& in) {
   const __int128 units = GetWide(in);
   const ExactSum sum = ExactSum::FromUnits(units);
   if (units < 0 || sum.Units() != units) in.Fail("has a sum out of range");

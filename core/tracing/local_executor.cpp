@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <mutex>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
@@ -21,39 +20,15 @@ struct LocalExecutor::Impl {
   // The tracer of the last state: prepared once an iteration.
   std::shared_ptr<const State> prepared_state;
   std::unique_ptr<Tracer> tracer;
-  std::mutex spare_mutex;  // guards what follows
-  std::shared_ptr<const State> spare_state;
-  std::vector<std::unique_ptr<Statistics>> spare;  // of that state, empty
 
   Impl(std::shared_ptr<const Scene> s, const JobSpec& j, const Method& m, int t)
       : scene(std::move(s)), job(j), method(m), threads(t), arena(t) {}
-
-  std::unique_ptr<Statistics> TakeStatistics(const std::shared_ptr<const State>& state) {
-    {
-      std::lock_guard lock(spare_mutex);
-      if (spare_state != state) spare.clear();
-      spare_state = state;
-      if (!spare.empty()) {
-        auto statistics = std::move(spare.back());
-        spare.pop_back();
-        return statistics;
-      }
-    }
-    return method.NewStatistics(state);
-  }
 };
 
 LocalExecutor::LocalExecutor(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method, int threads)
     : impl_(std::make_unique<Impl>(std::move(scene), job, method, threads > 0 ? threads : UsableThreads())) {}
 
 LocalExecutor::~LocalExecutor() = default;
-
-void LocalExecutor::Recycle(const std::shared_ptr<const State>& state, std::unique_ptr<Statistics> statistics) {
-  if (!statistics) return;
-  statistics->Clear();
-  std::lock_guard lock(impl_->spare_mutex);
-  if (impl_->spare_state == state) impl_->spare.push_back(std::move(statistics));
-}
 
 std::optional<Contribution> LocalExecutor::Execute(const std::shared_ptr<const State>& state, const Round& round,
                                                    const StopToken& stop) {
@@ -78,7 +53,7 @@ bool LocalExecutor::ExecuteNode(const std::shared_ptr<const State>& state, const
   parts[0].statistics = std::move(into->statistics);
   const auto render = [&](uint32_t share) {
     Contribution& part = parts[share];
-    if (round.record && !part.statistics) part.statistics = impl_->TakeStatistics(state);
+    if (round.record && !part.statistics) part.statistics = impl_->method.NewStatistics(state);
     for (uint32_t unit; (unit = next.fetch_add(1)) < end;) {
       if (!impl_->tracer->Execute(round, unit, stop, &part)) {
         complete = false;
@@ -89,16 +64,7 @@ bool LocalExecutor::ExecuteNode(const std::shared_ptr<const State>& state, const
   impl_->arena.execute([&] { ParallelFor<tbb::simple_partitioner>(static_cast<uint32_t>(shares), render); });
   if (!complete) return false;
   const size_t before = into->tiles.size();
-  for (Contribution& part : parts) {
-    std::unique_ptr<Statistics> recorded = std::move(part.statistics);
-    into->Merge(std::move(part));
-    if (!into->statistics) {
-      into->statistics = std::move(recorded);
-    } else if (recorded) {
-      into->statistics->Merge(*recorded);
-      Recycle(state, std::move(recorded));
-    }
-  }
+  for (Contribution& part : parts) into->Merge(std::move(part));
   LODESTAR_CHECK(into->tiles.size() == before + (end - node.first()));
   return true;
 }

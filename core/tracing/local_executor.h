@@ -17,9 +17,6 @@ class LocalExecutor final : public Executor {
   // where `stop` came first: then `into` is of no use, since what half a unit has recorded cannot be taken out again.
   bool ExecuteNode(const std::shared_ptr<const State>& state, const Round& round, TreeNode node, const StopToken& stop,
                    Contribution* into);
-  // Statistics of a contribution that are not needed any more, to record into again: beside rendering, so that units
-  // need not wait for new memory. `state`: theirs.
-  void Recycle(const std::shared_ptr<const State>& state, std::unique_ptr<Statistics> statistics);
 
  private:
   struct Impl;

@@ -85,19 +85,19 @@ TEST_F(BadInput, OversizedMessagesAreRefused) {
 }
 
 TEST_F(BadInput, OtherProtocolVersionsAreTurnedAway) {
-  for (const char* version : {"", "2", "999999999999999999999"}) {
+  for (const char* version : {"", "1", "999999999999999999999"}) {
     grpc::ClientContext context;
     if (*version) context.AddMetadata(kProtocolKey, version);
     v1::ListJobsReply reply;
     Expect(farm_stub->ListJobs(&context, {}, &reply), grpc::StatusCode::FAILED_PRECONDITION, "protocol");
   }
   v1::RegisterRequest request;
-  request.set_protocol_version(2);
+  request.set_protocol_version(kProtocolVersion - 1);
   v1::RegisterReply reply;
   Expect(Call([&](auto* context) { return work_stub->Register(context, request, &reply); }),
          grpc::StatusCode::FAILED_PRECONDITION, "install the same release");
   grpc::ClientContext context;
-  context.AddMetadata(kProtocolKey, "2");
+  context.AddMetadata(kProtocolKey, "1");
   v1::LeaseReply lease;
   Expect(work_stub->Lease(&context, {}, &lease), grpc::StatusCode::FAILED_PRECONDITION, "protocol");
 }
@@ -173,7 +173,7 @@ TEST_F(BadInput, UnknownNamesAreNotFound) {
 
 TEST_F(BadInput, ContributionsThatAreNoneAreRefused) {
   WorkClient worker(server->address());
-  const ContributionHeader header{{"w"}, {{1}}, queued, {0, 0, 0, 1, 12, true}, {{0, 0}}, Sha256("s"), {}, 0, 1};
+  const ContributionHeader header{{"w"}, {{1}}, queued, {0, 0, 0, 1, 12, true}, {{0, 0}}, Sha256("s"), 0, 1};
   EXPECT_EQ(worker.SubmitContribution(header, "garbage"), ContributionOutcome::kStale) << "its job has no open round";
   // Half a stream, then gone.
   grpc::ClientContext context;

@@ -65,8 +65,8 @@ class UnrulyWorker {
                         std::ranges::none_of(header.nodes, [&](TreeNode other) {
                           return other.Covers(node) || node.Covers(other);  // leased again
                         });
-      if (!fits || random_() % 2) Gather();
-      if (header.nodes.empty()) header = {id_, {}, unit.job, r.round, {}, r.state, {}, 0, 0.001};
+      if (!fits || random_() % 4 == 0) Gather();
+      if (header.nodes.empty()) header = {id_, {}, unit.job, r.round, {}, r.state, 0, 0.001};
       header.leases.push_back(unit.id);
       header.nodes.push_back(node);
       executor_.ExecuteNode(states_[r.state.hex], r.round, node, StopToken(), &gathered_.contribution);
@@ -109,6 +109,7 @@ class UnrulyWorker {
 TEST_F(InProcessFarm, DisorderDoesNotShow) {
   const auto spec = BoxJob("sdtree", 32);
   const auto expected = RenderHere(box, spec);
+  size_t most_nodes = 0;
   for (uint32_t seed = 0; seed < 3; ++seed) {
     std::atomic<bool> stop{false};
     std::vector<std::unique_ptr<UnrulyWorker>> workers;
@@ -123,16 +124,15 @@ TEST_F(InProcessFarm, DisorderDoesNotShow) {
     ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
     EXPECT_TRUE(SameBits(client->GetImage(id), expected.image)) << "seed " << seed;
     std::map<ContributionOutcome, int> outcomes;
-    size_t most_nodes = 0;
     for (const auto& worker : workers) {
       for (const auto& [outcome, count] : worker->outcomes) outcomes[outcome] += count;
       most_nodes = std::max(most_nodes, worker->most_nodes);
     }
-    EXPECT_GT(most_nodes, 1u);
     EXPECT_GT(outcomes[ContributionOutcome::kCommitted], 0);
     EXPECT_GT(outcomes[ContributionOutcome::kCovered] + outcomes[ContributionOutcome::kStale], 0)
         << "nobody sent anything twice or late";
   }
+  EXPECT_GT(most_nodes, 1u);
 }
 
 TEST_F(InProcessFarm, ResultsAreTakenOnceAndOnlyWhereTheyBelong) {
@@ -154,13 +154,13 @@ TEST_F(InProcessFarm, ResultsAreTakenOnceAndOnlyWhereTheyBelong) {
   const auto state = method->ParseState(worker.FetchState(r.state));
   Contribution contribution;
   executor.ExecuteNode(state, r.round, r.node, StopToken(), &contribution);
-  ASSERT_EQ(worker.SubmitContribution({id, {unit->id}, job, r.round, {r.node}, r.state, {}, 0, 0.01},
+  ASSERT_EQ(worker.SubmitContribution({id, {unit->id}, job, r.round, {r.node}, r.state, 0, 0.01},
                                       SerializeContribution(contribution)),
             ContributionOutcome::kCommitted);
-  EXPECT_EQ(worker.SubmitContribution({id, {unit->id}, job, r.round, {r.node}, r.state, {}, 0, 0.01},
+  EXPECT_EQ(worker.SubmitContribution({id, {unit->id}, job, r.round, {r.node}, r.state, 0, 0.01},
                                       SerializeContribution(contribution)),
             ContributionOutcome::kCovered);
-  auto header = ContributionHeader{id, {unit->id}, job, r.round, {r.node}, Sha256("another state"), {}, 0, 0.01};
+  auto header = ContributionHeader{id, {unit->id}, job, r.round, {r.node}, Sha256("another state"), 0, 0.01};
   EXPECT_EQ(worker.SubmitContribution(header, SerializeContribution(contribution)), ContributionOutcome::kStale);
   header.state = r.state;
   header.job = {"job-99"};

@@ -41,7 +41,7 @@ class HandWorker {
     }
     Contribution contribution;
     executor_.ExecuteNode(state_, r.round, r.node, StopToken(), &contribution);
-    return client_.SubmitContribution({id_, {unit.id}, unit.job, r.round, {r.node}, r.state, {}, 0, 0.01},
+    return client_.SubmitContribution({id_, {unit.id}, unit.job, r.round, {r.node}, r.state, 0, 0.01},
                                       SerializeContribution(contribution));
   }
 

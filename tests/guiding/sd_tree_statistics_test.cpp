@@ -51,22 +51,38 @@ TEST(SdTreeStatistics, AnyPartitionGivesTheSameBits) {
       std::vector<size_t> order(records.size());
       for (size_t i = 0; i < order.size(); ++i) order[i] = i;
       std::shuffle(order.begin(), order.end(), rng);
-      std::vector<SdTreeStatistics> parts;
-      for (int p = 0; p < 7; ++p) parts.emplace_back(tree);  // unequal: the last stays empty
-      for (size_t i : order) RecordOne(parts[std::min<size_t>(rng() % 6, rng() % 6)], records[i], i);
+      std::vector<std::unique_ptr<SdTreeStatistics>> parts;
+      for (int p = 0; p < 7; ++p) parts.push_back(std::make_unique<SdTreeStatistics>(tree));  // unequal: the last stays empty
+      for (size_t i : order) RecordOne(*parts[std::min<size_t>(rng() % 6, rng() % 6)], records[i], i);
       while (parts.size() > 1) {
         const size_t from = 1 + rng() % (parts.size() - 1), to = rng() % from;
         // Half of the parts travel.
         if (rng() % 2) {
-          parts[to].MergeSerialized(parts[from].Serialize());
+          parts[to]->MergeSerialized(parts[from]->Serialize());
         } else {
-          parts[to].Merge(parts[from]);
+          parts[to]->Merge(*parts[from]);
         }
         parts.erase(parts.begin() + static_cast<long>(from));
       }
-      ASSERT_EQ(parts[0].Serialize(), expected);
-      ASSERT_EQ(Advance(*tree, parts[0], 32)->Serialize(), advanced);
+      ASSERT_EQ(parts[0]->Serialize(), expected);
+      ASSERT_EQ(Advance(*tree, *parts[0], 32)->Serialize(), advanced);
     }
+  }
+}
+
+// Statistics take the pages of those before them: nothing of these may show.
+TEST(SdTreeStatistics, LeaveNothingBehindInTheirPages) {
+  SdTreeOptions options;
+  options.spatial_threshold = 500;
+  const auto tree = synthetic::Train({.options = options, .first_records = 50000}, 4);
+  ASSERT_GT(tree->node_count(), 10000u) << "too small for pages to be kept";
+  const Bytes empty = SdTreeStatistics(tree).Serialize();
+  for (uint64_t seed = 0; seed < 3; ++seed) {
+    SdTreeStatistics statistics(tree);
+    EXPECT_EQ(statistics.Serialize(), empty) << seed;
+    statistics.Record(synthetic::MakeRecords(*tree, synthetic::MovingLobes, 1, seed, 50000), seed);
+    SdTreeStatistics moved = std::move(statistics);
+    EXPECT_NE(moved.Serialize(), empty);
   }
 }
 

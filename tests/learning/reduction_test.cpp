@@ -122,7 +122,6 @@ TEST(Reduction, DamagedStatisticsLeaveNothingBehind) {
     void Merge(const Statistics&) override {}
     Bytes Serialize() const override { return bytes_; }
     void MergeSerialized(std::string_view) override {}
-    void Clear() override {}
 
    private:
     Bytes bytes_;

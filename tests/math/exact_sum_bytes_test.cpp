@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <random>
 #include <vector>
 
 namespace lodestar {
@@ -61,6 +63,33 @@ TEST(ExactSumBytes, EveryValueHasOneForm) {
   }
   EXPECT_GT(read, 1000u);
   EXPECT_GT(refused, 1000u);
+}
+
+// The fast reader of sums and the general one: the same values from the same bytes, and the same refused.
+TEST(ExactSumBytes, BothReadersOfSumsAgree) {
+  std::mt19937 random(1);
+  size_t read = 0, refused = 0;
+  for (int i = 0; i < 200000; ++i) {
+    Bytes bytes(1 + random() % 20, '\0');
+    for (char& c : bytes) c = static_cast<char>(random() % 4 == 0 ? 0 : random());
+    bytes[0] = static_cast<char>(random() % 2 ? random() % 128 : random());
+    ByteReader fast(bytes, "bytes"), general(bytes, "bytes");
+    std::optional<ExactSum> a, b;
+    try {
+      b = GetAnySum(general);
+      ++read;
+    } catch (const Error&) {
+      ++refused;
+    }
+    try {
+      a = GetSum(fast);
+    } catch (const Error&) {
+    }
+    ASSERT_EQ(a, b) << i;
+    ASSERT_EQ(fast.remaining(), general.remaining());
+  }
+  EXPECT_GT(read, 10000u);
+  EXPECT_GT(refused, 10000u);
 }
 
 TEST(ExactSumBytes, SumsOutOfRangeAreRefused) {

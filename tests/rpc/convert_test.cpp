@@ -114,7 +114,7 @@ TEST(Convert, LeasesSurvive) {
 }
 
 TEST(Convert, ContributionHeadersSurviveOrAreRefused) {
-  ContributionHeader h{{"w"}, {{1}, {7}}, {"job-1"}, {1, 2, 3, 4, 5, false}, {{2, 1}, {0, 9}}, {kHash}, {kHash}, 99, 0.5};
+  ContributionHeader h{{"w"}, {{1}, {7}}, {"job-1"}, {1, 2, 3, 4, 5, false}, {{2, 1}, {0, 9}}, {kHash}, 99, 0.5};
   const auto back = FromProto(ToProto(h));
   EXPECT_EQ(back.round, h.round);
   EXPECT_EQ(back.leases, h.leases);

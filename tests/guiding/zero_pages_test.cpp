@@ -1,0 +1,52 @@
+#include "core/guiding/zero_pages.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+
+namespace lodestar {
+namespace {
+
+constexpr size_t kMany = size_t{1} << 20;
+
+bool AllZero(const ZeroPages<uint64_t>& array) {
+  return std::all_of(array.data(), array.data() + array.size(), [](uint64_t value) { return value == 0; });
+}
+
+TEST(ZeroPages, KeptPagesServeALargerArray) {
+  ZeroPages<uint64_t> first(kMany);
+  std::fill_n(first.data(), kMany, 7);
+  std::fill_n(first.data(), kMany, 0);
+  const uint64_t* const at = first.data();
+  first.Keep();
+  EXPECT_EQ(first.data(), nullptr);
+  ZeroPages<uint64_t> second(2 * kMany);
+  EXPECT_EQ(second.data(), at);
+  EXPECT_EQ(second.size(), 2 * kMany);
+  EXPECT_TRUE(AllZero(second));
+  second[2 * kMany - 1] = 1;  // dropped as it is
+}
+
+TEST(ZeroPages, WhatIsNotKeptIsNotSeenAgain) {
+  for (int i = 0; i < 3; ++i) {
+    ZeroPages<uint64_t> array(kMany);
+    EXPECT_TRUE(AllZero(array));
+    std::fill_n(array.data(), kMany, 7);
+  }
+}
+
+TEST(ZeroPages, SmallAndEmptyArraysToo) {
+  for (const size_t size : {size_t{0}, size_t{1}, size_t{1000}}) {
+    ZeroPages<uint64_t> array(size);
+    EXPECT_EQ(array.size(), size);
+    EXPECT_TRUE(AllZero(array));
+    ZeroPages<uint64_t> moved = std::move(array);
+    moved.Keep();
+    moved.Keep();
+    EXPECT_EQ(moved.size(), 0u);
+  }
+}
+
+}  // namespace
+}  // namespace lodestar
