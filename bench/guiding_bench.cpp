@@ -30,7 +30,6 @@ std::shared_ptr<const SdTree> TreeOf(SpatialFilter spatial, DirectionalFilter di
     synthetic::Training training;
     training.options = Options(SpatialFilter::kNearest, DirectionalFilter::kBox);
     training.first_records = 50000;
-    SdTreeParts parts;
     const auto trained = synthetic::Train(training, 7);
     // The same tree for all filters.
     Bytes bytes = trained->Serialize();

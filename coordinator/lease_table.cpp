@@ -90,10 +90,9 @@ std::optional<LeaseEntry> LeaseTable::GrantCopy(LeaseId id, const WorkerId& work
   const auto now = clock_.Now();
   std::vector<std::pair<double, WorkerId>> late;
   for (const auto& [other, holding] : holdings) {
-    const double allowed =
-        seconds_per_unit > 0
-            ? options_.straggler_factor * seconds_per_unit * holding.units + Seconds(options_.straggler_grace)
-            : Seconds(options_.unknown_grace);
+    const double allowed = seconds_per_unit > 0 ? options_.straggler_factor * seconds_per_unit * holding.units +
+                                                      Seconds(options_.straggler_grace)
+                                                : Seconds(options_.unknown_grace);
     const double by = Seconds(now - holding.since) - allowed;
     if (by >= 0) late.emplace_back(by, other);
   }
@@ -170,7 +169,7 @@ uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t uni
   const double part = share * (more_follows ? unit_count : free_units);
   double units = part / 12;
   if (seconds_per_unit > 0) {
-    units = std::min(part / 2, sizing.seconds / seconds_per_unit);
+    units = std::min(part / (more_follows ? 2 : 4), sizing.seconds / seconds_per_unit);
     units = std::max(units, std::min(part, sizing.least_seconds / seconds_per_unit));
   }
   // The nearest power of two: blocks are aligned.

@@ -79,10 +79,11 @@ class LeaseTable {
 };
 
 // How many units a fresh lease should have: `seconds` of work, or half of its worker's part of the round (`share` of
-// it, by its speed) where the round is short; half of the same part of what is left where no more work follows at once,
-// so that all end together (guided self-scheduling: Polychronopoulos and Kuck 1987). But not less than `least_seconds`:
-// a lease costs a call, though not a delivery of its own. `seconds_per_unit`: of rendering, by the worker that asks;
-// while it is unknown (0), a twelfth of the part. For scheduling only.
+// it, by its speed) where the round is short; a quarter of the same part of what is left where no more work follows at
+// once, so that all end together (guided self-scheduling, Polychronopoulos and Kuck 1987; each worker has one more
+// lease waiting). But not less than `least_seconds`: a lease costs a call, though not a delivery of its own.
+// `seconds_per_unit`: of rendering, by the worker that asks; while it is unknown (0), a twelfth of the part. For
+// scheduling only.
 struct LeaseSizing {
   double seconds = 2, least_seconds = 0.02;
 };

@@ -237,8 +237,8 @@ void Worker::RenderLoop() {
     {
       std::unique_lock lock(mutex_);
       // Nothing to go on with, or another round: others wait for what is gathered.
-      if (gathered_ && (ready_.empty() || !gathered_->Takes(ready_.front().unit) ||
-                        gathered_->seconds > kGatherSeconds)) {
+      if (gathered_ &&
+          (ready_.empty() || !gathered_->Takes(ready_.front().unit) || gathered_->seconds > kGatherSeconds)) {
         lock.unlock();
         Deliver();
         lock.lock();
@@ -391,8 +391,8 @@ void Worker::DeliverLoop() {
     changed_.notify_all();
     ContributionHeader header = delivery.Header();
     const std::string what = std::to_string(header.nodes.size()) + " leases of iteration " +
-                             std::to_string(header.round.iteration) + ", round " +
-                             std::to_string(header.round.index) + " of " + header.job.value;
+                             std::to_string(header.round.iteration) + ", round " + std::to_string(header.round.index) +
+                             " of " + header.job.value;
     try {
       const auto start = Clock::Steady().Now();
       const Bytes bytes = SerializeContribution(delivery.contribution);

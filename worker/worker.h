@@ -1,6 +1,6 @@
 // A worker: leases units, renders them, delivers what came out. Four threads: one asks for the next lease and fetches
-// its state while the current one renders; one renders (on as many threads as it may use) and gathers what leases of one
-// round bring; one delivers; one keeps the leases alive and hears which to give up.
+// its state while the current one renders; one renders (on as many threads as it may use) and gathers what leases of
+// one round bring; one delivers; one keeps the leases alive and hears which to give up.
 //
 // It may be killed at any time; whatever it held is rendered by others. While its coordinator is away it tries again,
 // for ever.
@@ -57,7 +57,7 @@ class Worker {
   void KeepLoop();
   void Survey(const Held& held);
   void Render(const Held& held);
-  void Deliver();       // what is gathered
+  void Deliver();           // what is gathered
   void GiveBackGathered();  // to be rendered by others
   void Fail(const Held& held, UnitFailure::Kind kind, const std::string& message);
   // Repeats until it was answered, the unit is void, or this worker gives up at its end.

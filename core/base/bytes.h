@@ -81,6 +81,11 @@ class ByteReader {
     if (size > 0) std::memcpy(values.data(), Need(size * sizeof(T)), size * sizeof(T));
     return values;
   }
+  // What PutVector wrote, where it lies: it need not be aligned.
+  std::string_view GetVectorBytes(size_t element) {
+    const auto size = GetSize(element) * element;
+    return {Need(size), size};
+  }
   size_t remaining() const { return bytes_.size() - at_; }
   // Throws unless everything was read.
   void ExpectEnd() const {

@@ -55,8 +55,8 @@ SdTree::SdTree(SdTreeParts parts)
     : options_(parts.options),
       iteration_(parts.iteration),
       radiance_scale_(parts.radiance_scale),
-      leaves_(parts.leaves.begin(), parts.leaves.end()),
-      nodes_(parts.nodes.begin(), parts.nodes.end()),
+      leaves_(std::move(parts.leaves)),
+      nodes_(std::move(parts.nodes)),
       lights_by_power_(std::move(parts.lights_by_power)),
       lights_(std::move(parts.lights)) {
   auto spatial = SpatialTree::FromDepths(parts.corner, parts.size, parts.depths);

@@ -41,8 +41,8 @@ struct SdTreeParts {
   uint32_t iteration = 0;
   float radiance_scale = 1;     // a power of two
   std::vector<uint8_t> depths;  // of the spatial leaves, depth first
-  std::vector<SdTreeLeaf> leaves;
-  std::vector<DirectionalNode> nodes;
+  LargeVector<SdTreeLeaf> leaves;
+  LargeVector<DirectionalNode> nodes;
   // Of the scene's groups of lights, in units of 2^-16 (light_selection.h): by power, and each leaf's. Empty where
   // light selection is not learned.
   std::vector<uint16_t> lights_by_power, lights;

@@ -115,13 +115,13 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   const auto flux = in.GetVector<float>();
   const auto nee = in.GetVector<float>();
   const auto masks = in.GetVector<uint8_t>();
-  const auto probabilities = in.GetVector<uint16_t>();
+  const std::string_view probabilities = in.GetVectorBytes(sizeof(uint16_t));
   parts.lights_by_power = in.GetVector<uint16_t>();
   parts.lights = in.GetVector<uint16_t>();
   in.ExpectEnd();
   const size_t leaves = parts.depths.size();
   if (learned.size() != leaves || counts.size() != leaves || fractions.size() != leaves || records.size() != leaves ||
-      flux.size() != leaves || nee.size() != leaves || probabilities.size() != masks.size() * 3) {
+      flux.size() != leaves || nee.size() != leaves || probabilities.size() != masks.size() * 3 * sizeof(uint16_t)) {
     in.Fail("has arrays of different lengths");
   }
   const size_t groups = parts.lights_by_power.size();
@@ -139,11 +139,12 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
 
   parts.nodes.resize(masks.size());
   for (size_t i = 0; i < masks.size(); ++i) {
-    parts.nodes[i].left = probabilities[i * 3];
-    parts.nodes[i].lower = {probabilities[i * 3 + 1], probabilities[i * 3 + 2]};
-    if (*std::max_element(&probabilities[i * 3], &probabilities[i * 3] + 3) > DirectionalNode::kOne || masks[i] > 15) {
+    std::array<uint16_t, 3> p;
+    std::memcpy(p.data(), probabilities.data() + i * sizeof(p), sizeof(p));
+    parts.nodes[i].left = p[0];
+    parts.nodes[i].lower = {p[1], p[2]};
+    if (std::max({p[0], p[1], p[2]}) > DirectionalNode::kOne || masks[i] > 15)
       in.Fail("has a node that is no distribution");
-    }
   }
   parts.leaves.resize(leaves);
   uint64_t first = 0;

@@ -68,8 +68,8 @@ void Unmap(ZeroMapping mapping) {
 }
 
 void KeepZeroPages(ZeroMapping mapping, size_t used) {
-  LODESTAR_DCHECK(std::all_of(static_cast<const char*>(mapping.address), static_cast<const char*>(mapping.address) + used,
-                              [](char byte) { return byte == 0; }));
+  LODESTAR_DCHECK(std::all_of(static_cast<const char*>(mapping.address),
+                              static_cast<const char*>(mapping.address) + used, [](char byte) { return byte == 0; }));
   if (used >= kSmall) {
     std::lock_guard lock(mutex);
     size_t total = used;

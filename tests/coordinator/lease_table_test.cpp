@@ -173,7 +173,7 @@ TEST(LeaseUnits, ShareARoundAndShrinkTowardItsEnd) {
     free -= last = units;
     ++leases;
   }
-  EXPECT_LE(leases, 2u * 10) << "halves, quarters ...";
+  EXPECT_LE(leases, 40u) << "each an eighth of what is left";
   EXPECT_LE(last, 16u) << "so that all end together: a fiftieth of a second";
   EXPECT_GE(LeaseUnits(sizing, 100, 1024, 0.5, 0.001, true), 256u)
       << "where more follows there is no tail to be short for";

@@ -111,8 +111,8 @@ class DirectWorker {
       const Bytes bytes = SerializeContribution(contribution);
       for (int i = random_() % 4 == 0 ? 2 : 1; i > 0; --i) {
         v1::ContributionChunk part;
-        *part.mutable_header() = ToProto(
-            ContributionHeader{{id_}, {unit.id}, unit.job, r.round, {r.node}, r.state, bytes.size(), 0.001});
+        *part.mutable_header() =
+            ToProto(ContributionHeader{{id_}, {unit.id}, unit.job, r.round, {r.node}, r.state, bytes.size(), 0.001});
         part.set_data(bytes);
         SubmitContribution submit(farm_);
         submit.Add(part);

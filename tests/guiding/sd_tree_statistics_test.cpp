@@ -52,7 +52,8 @@ TEST(SdTreeStatistics, AnyPartitionGivesTheSameBits) {
       for (size_t i = 0; i < order.size(); ++i) order[i] = i;
       std::shuffle(order.begin(), order.end(), rng);
       std::vector<std::unique_ptr<SdTreeStatistics>> parts;
-      for (int p = 0; p < 7; ++p) parts.push_back(std::make_unique<SdTreeStatistics>(tree));  // unequal: the last stays empty
+      for (int p = 0; p < 7; ++p)
+        parts.push_back(std::make_unique<SdTreeStatistics>(tree));  // unequal: the last stays empty
       for (size_t i : order) RecordOne(*parts[std::min<size_t>(rng() % 6, rng() % 6)], records[i], i);
       while (parts.size() > 1) {
         const size_t from = 1 + rng() % (parts.size() - 1), to = rng() % from;
