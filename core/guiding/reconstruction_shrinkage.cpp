@@ -1,6 +1,7 @@
 #include "core/guiding/reconstruction_shrinkage.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/check.h"
 #include "core/guiding/reconstruction_lanes.h"
@@ -24,7 +25,7 @@ struct alignas(32) NodeState {
   std::array<float, 4> x;  // children's masses from either half, as parts of both halves' total;
   std::array<float, 4> y;  // later in effective records
   float mass = 0;          // share of the total
-  float noise = 0;         // sum of the squared differences of the halves over the cells
+  float noise = 0;         // sum of the squared differences of the halves over the children
   float cells = 0;
   float per_record = 0;  // mass per effective record
   uint32_t parent = 0;
@@ -49,6 +50,15 @@ Lanes LogPredictive(const NodeState& n) {
   return sum * 0.5f;
 }
 
+// Of masses that a filter shared out: the sum of the squared differences over a block of cells as a whole, relative to
+// that over its four quarters. A record at a random place loses 1 / (3 L) of its square by each pair of sides of a block
+// of L x L cells, since a footprint of one cell's size crosses them with probability 1 / L and then has E[s^2 + (1 -
+// s)^2] = 2/3 inside one of both: so what is seen in cells alone is 4/9 of the squared weights.
+float Resummed(float cells) {
+  const float third = 1 / (3 * std::sqrt(cells)), ratio = (1 - third) / (1 - 2 * third);
+  return ratio * ratio;
+}
+
 // Sums over subtrees, of all that is kept. Returns the states with masses, noise and cells.
 std::vector<NodeState> SumUp(const CellMasses& masses, std::vector<double>& share) {
   double total = 0, halves = 0;
@@ -69,7 +79,7 @@ std::vector<NodeState> SumUp(const CellMasses& masses, std::vector<double>& shar
         below.parent = node;
         n.x[c] = (below.x[0] + below.x[1]) + (below.x[2] + below.x[3]);
         n.y[c] = (below.y[0] + below.y[1]) + (below.y[2] + below.y[3]);
-        n.noise += below.noise;
+        n.noise += below.noise * (masses.filtered ? Resummed(below.cells) : 1);
         n.cells += below.cells;
         share[slot] = (share[child * 4] + share[child * 4 + 1]) + (share[child * 4 + 2] + share[child * 4 + 3]);
       } else {
@@ -131,7 +141,9 @@ Shrinkage InferShrinkage(const CellMasses& masses) {
   Shrinkage out;
   LODESTAR_CHECK(masses.halves[0].size() == masses.total.size() && masses.halves[1].size() == masses.total.size());
   std::vector<NodeState> states = SumUp(masses, out.share);
-  if (EstimateNoise(states) < kLeastGain) return out;
+  const double divergence = EstimateNoise(states);
+  out.records = states[0].mass / states[0].per_record;
+  if (divergence < kLeastGain) return out;
   Propagate(states);
   out.weight.reserve(states.size());
   for (const NodeState& n : states) {

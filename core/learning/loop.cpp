@@ -71,10 +71,7 @@ void Loop::Run(Executor& executor, const StopToken& stop, const Hooks& hooks, co
   if (reference != nullptr) Compare(Develop(), *reference);  // throws where it can never be compared
   if (!finished_) report_.stop_reason.clear();
   while (!finished_) {
-    if (!stop.Requested() && iteration_complete_) {
-      Advance(clock);
-      if (hooks.checkpoint) hooks.checkpoint(*this);
-    }
+    if (!stop.Requested() && iteration_complete_) Advance(clock);
     if (stop.Requested()) break;
     const Round round = NextRound();
     if (const std::optional<Round> after = RoundAfter(round)) executor.Announce(state_, *after);
@@ -90,7 +87,6 @@ void Loop::Run(Executor& executor, const StopToken& stop, const Hooks& hooks, co
     seconds_learning_ += Seconds(end - merging);
     DecideStop(round, seconds, reference);
     if (hooks.progress) hooks.progress(Progress(seconds / round.passes));
-    if (hooks.checkpoint) hooks.checkpoint(*this);
   }
   if (!finished_) report_.stop_reason = "stopped";
 }

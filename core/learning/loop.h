@@ -82,7 +82,6 @@ class Loop {
  public:
   struct Hooks {
     std::function<void(const JobProgress&)> progress = {};  // after each round
-    std::function<void(const Loop&)> checkpoint = {};       // at safe points: after each round and each advance
     std::shared_ptr<const Image> reference = {};            // error points are measured against it where given
   };
 

@@ -38,13 +38,6 @@ void RoundReduction::Cover(TreeNode node) {
   std::fill(covered_.begin() + node.first(), covered_.begin() + node.end(units()), true);
 }
 
-RoundReduction::Outcome RoundReduction::Commit(TreeNode node, Contribution contribution) {
-  if (Refuses({&node, 1})) return Outcome::kCovered;
-  merged_.Merge(std::move(contribution));
-  Cover(node);
-  return Outcome::kCommitted;
-}
-
 RoundReduction::Outcome RoundReduction::Commit(std::span<const TreeNode> nodes, std::string_view bytes) {
   if (Refuses(nodes)) return Outcome::kCovered;
   ReceivedContribution received = ReadContribution(grid_, round_, nodes, bytes);

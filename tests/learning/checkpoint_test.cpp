@@ -24,10 +24,13 @@ JobSpec JobOf(const std::string& method, const std::string& combine) {
 std::vector<Bytes> CheckpointsOf(const JobSpec& job, test::Result* result) {
   ManualClock clock;
   Loop loop(job, SyntheticSurvey());
-  SyntheticExecutor executor(loop, {.clock = &clock});
-  std::vector<Bytes> checkpoints{loop.Checkpoint()};
-  loop.Run(executor, StopToken(), {.checkpoint = [&](const Loop& at) { checkpoints.push_back(at.Checkpoint()); }},
-           clock);
+  std::vector<Bytes> checkpoints;
+  const auto take = [&] {
+    Bytes here = loop.Checkpoint();
+    if (checkpoints.empty() || checkpoints.back() != here) checkpoints.push_back(std::move(here));
+  };
+  SyntheticExecutor executor(loop, {.clock = &clock, .before_round = take});
+  loop.Run(executor, StopToken(), {.progress = [&](const JobProgress&) { take(); }}, clock);
   *result = ResultOf(loop);
   return checkpoints;
 }
@@ -42,7 +45,7 @@ TEST(Checkpoint, RestoredAnywhereGivesTheSameBits) {
       const auto loop = Loop::Restore(checkpoints[i]);
       EXPECT_TRUE(loop->Checkpoint() == checkpoints[i]) << i;
       ManualClock clock;
-      SyntheticExecutor executor(*loop, {.shuffle = i, .through_bytes = true, .clock = &clock});
+      SyntheticExecutor executor(*loop, {.shuffle = i, .clock = &clock});
       loop->Run(executor, StopToken(), {}, clock);
       EXPECT_EQ(ResultOf(*loop), expected) << method << " " << i;
       EXPECT_TRUE(loop->Checkpoint() == checkpoints.back()) << i;  // times, points and decisions too

@@ -14,7 +14,8 @@ using Outcome = RoundReduction::Outcome;
 
 Contribution TileOnly(uint32_t first, uint32_t end, uint64_t paths_per_unit = 1) {
   Contribution contribution;
-  for (uint32_t unit = first; unit < end; ++unit) contribution.tiles.push_back({unit, {}});
+  for (uint32_t unit = first; unit < end; ++unit)
+    contribution.tiles.push_back({unit, std::vector<PixelSum>(TileGrid::kTileSize)});
   contribution.paths = paths_per_unit * (end - first);
   return contribution;
 }
@@ -22,24 +23,30 @@ Contribution TileOnly(uint32_t first, uint32_t end, uint64_t paths_per_unit = 1)
 // A round of `units` tiles in a row, of a job that learns nothing.
 class ReductionTest : public ::testing::Test {
  protected:
-  RoundReduction NewReduction(uint32_t units) const {
+  RoundReduction NewReduction(uint32_t units) {
+    units_ = units;
     return {*method_, method_->Initial(), TileGrid(units * TileGrid::kTileSize, 1), {0, 0, 0, 1, units, false}};
   }
+  Outcome Commit(RoundReduction& reduction, TreeNode node, uint64_t paths_per_unit = 1) const {
+    return reduction.Commit({&node, 1},
+                            SerializeContribution(TileOnly(node.first(), node.end(units_), paths_per_unit)));
+  }
+  uint32_t units_ = 0;
   const std::unique_ptr<Method> method_ = MakeMethod(test::SyntheticJob("path", 1), test::SyntheticSurvey());
 };
 
 TEST_F(ReductionTest, CoversInAnyOrder) {
   RoundReduction reduction = NewReduction(8);
-  EXPECT_EQ(reduction.Commit({0, 1}, TileOnly(1, 2)), Outcome::kCommitted);
+  EXPECT_EQ(Commit(reduction, {0, 1}), Outcome::kCommitted);
   EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{0, 1}}));
-  EXPECT_EQ(reduction.Commit({0, 0}, TileOnly(0, 1)), Outcome::kCommitted);
+  EXPECT_EQ(Commit(reduction, {0, 0}), Outcome::kCommitted);
   EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{1, 0}}));
-  EXPECT_EQ(reduction.Commit({2, 1}, TileOnly(4, 8)), Outcome::kCommitted);
+  EXPECT_EQ(Commit(reduction, {2, 1}), Outcome::kCommitted);
   EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{1, 0}, {2, 1}}));
   EXPECT_EQ(reduction.committed_units(), 6u);
   EXPECT_EQ(reduction.merged().paths, 6u);
   EXPECT_FALSE(reduction.Complete());
-  EXPECT_EQ(reduction.Commit({1, 1}, TileOnly(2, 4)), Outcome::kCommitted);
+  EXPECT_EQ(Commit(reduction, {1, 1}), Outcome::kCommitted);
   ASSERT_TRUE(reduction.Complete());
   EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{3, 0}}));
   const Contribution root = reduction.Take();
@@ -49,26 +56,26 @@ TEST_F(ReductionTest, CoversInAnyOrder) {
 
 TEST_F(ReductionTest, TheEdgeNeedsNoSibling) {
   RoundReduction reduction = NewReduction(5);  // the block of unit 4 is cut at every level
-  EXPECT_EQ(reduction.Commit({0, 4}, TileOnly(4, 5)), Outcome::kCommitted);
+  EXPECT_EQ(Commit(reduction, {0, 4}), Outcome::kCommitted);
   EXPECT_EQ(reduction.Nodes(), (std::vector<TreeNode>{{2, 1}}));
   EXPECT_TRUE(reduction.Covered({1, 2}));
-  EXPECT_EQ(reduction.Commit({2, 0}, TileOnly(0, 4)), Outcome::kCommitted);
+  EXPECT_EQ(Commit(reduction, {2, 0}), Outcome::kCommitted);
   EXPECT_TRUE(reduction.Complete());
 }
 
 TEST_F(ReductionTest, OneUnit) {
   RoundReduction reduction = NewReduction(1);
-  EXPECT_EQ(reduction.Commit({0, 0}, TileOnly(0, 1)), Outcome::kCommitted);
+  EXPECT_EQ(Commit(reduction, {0, 0}), Outcome::kCommitted);
   EXPECT_TRUE(reduction.Complete());
-  EXPECT_EQ(reduction.Commit({0, 0}, TileOnly(0, 1)), Outcome::kCovered);
+  EXPECT_EQ(Commit(reduction, {0, 0}), Outcome::kCovered);
 }
 
 TEST_F(ReductionTest, CoveredNodesAreDropped) {
   RoundReduction reduction = NewReduction(16);
-  reduction.Commit({2, 1}, TileOnly(4, 8, 1));
+  Commit(reduction, {2, 1}, 1);
   for (const TreeNode node : {TreeNode{2, 1}, TreeNode{1, 2}, TreeNode{0, 7}}) {
     EXPECT_TRUE(reduction.Covered(node));
-    EXPECT_EQ(reduction.Commit(node, TileOnly(node.first(), node.end(16), 100)), Outcome::kCovered);
+    EXPECT_EQ(Commit(reduction, node, 100), Outcome::kCovered);
   }
   EXPECT_EQ(reduction.merged().paths, 4u);
   EXPECT_FALSE(reduction.Covered({3, 0}));
@@ -77,9 +84,9 @@ TEST_F(ReductionTest, CoveredNodesAreDropped) {
 
 TEST_F(ReductionTest, WhatOverlapsIsDroppedAndItsRestStaysMissing) {
   RoundReduction reduction = NewReduction(16);
-  reduction.Commit({0, 0}, TileOnly(0, 1, 5));
-  reduction.Commit({1, 1}, TileOnly(2, 4, 5));
-  EXPECT_EQ(reduction.Commit({3, 0}, TileOnly(0, 8, 1)), Outcome::kCovered);
+  Commit(reduction, {0, 0}, 5);
+  Commit(reduction, {1, 1}, 5);
+  EXPECT_EQ(Commit(reduction, {3, 0}, 1), Outcome::kCovered);
   EXPECT_EQ(reduction.committed_units(), 3u);
   EXPECT_EQ(reduction.merged().paths, 15u);
   EXPECT_EQ(reduction.Missing(2), (std::vector<TreeNode>{{0, 1}, {2, 1}, {2, 2}, {2, 3}}));
@@ -90,11 +97,11 @@ TEST_F(ReductionTest, MissingAreMaximalAlignedNodes) {
   EXPECT_EQ(reduction.Missing(10), (std::vector<TreeNode>{{4, 0}}));
   EXPECT_EQ(reduction.Missing(2), (std::vector<TreeNode>{{2, 0}, {2, 1}, {2, 2}}));
   EXPECT_EQ(reduction.Missing(0).size(), 11u);
-  reduction.Commit({0, 5}, TileOnly(5, 6));
-  reduction.Commit({0, 10}, TileOnly(10, 11));
+  Commit(reduction, {0, 5});
+  Commit(reduction, {0, 10});
   EXPECT_EQ(reduction.Missing(10), (std::vector<TreeNode>{{2, 0}, {0, 4}, {1, 3}, {1, 4}}));
   EXPECT_EQ(reduction.Missing(1), (std::vector<TreeNode>{{1, 0}, {1, 1}, {0, 4}, {1, 3}, {1, 4}}));
-  for (const TreeNode node : reduction.Missing(1)) reduction.Commit(node, TileOnly(node.first(), node.end(11)));
+  for (const TreeNode node : reduction.Missing(1)) Commit(reduction, node);
   EXPECT_TRUE(reduction.Complete());
   EXPECT_TRUE(reduction.Missing(3).empty());
 }
@@ -102,7 +109,7 @@ TEST_F(ReductionTest, MissingAreMaximalAlignedNodes) {
 TEST_F(ReductionTest, NodesFromOutsideAreChecked) {
   RoundReduction reduction = NewReduction(11);
   for (const TreeNode node : {TreeNode{5, 0}, TreeNode{0, 11}, TreeNode{2, 3}, TreeNode{200, 0}, TreeNode{1, ~0u}}) {
-    EXPECT_THROW(reduction.Commit(node, {}), Error) << node.ToString();
+    EXPECT_THROW(reduction.Commit({&node, 1}, {}), Error) << node.ToString();
   }
   EXPECT_EQ(reduction.committed_units(), 0u);
 }
@@ -146,16 +153,16 @@ TEST(Reduction, GoesOnFromTheBytesOfSeveralNodes) {
     Contribution sum;
     for (uint32_t unit = node.first(); unit < node.end(round.unit_count); ++unit)
       sum.Merge(test::RenderUnit(loop.job(), loop.method(), loop.state(), grid, round, unit));
-    return sum;
+    return SerializeContribution(sum);
   };
   RoundReduction first(loop.method(), loop.state(), grid, round), second(loop.method(), loop.state(), grid, round);
-  for (const TreeNode node : {TreeNode{0, 5}, TreeNode{1, 0}}) first.Commit(node, render(node));
+  for (const TreeNode node : {TreeNode{0, 5}, TreeNode{1, 0}}) first.Commit({&node, 1}, render(node));
   const Bytes merged = SerializeContribution(first.merged());
   EXPECT_THROW(second.Commit(std::vector<TreeNode>{{0, 5}, {1, 0}}, merged), Error) << "not ascending";
   ASSERT_EQ(second.Commit(first.Nodes(), merged), Outcome::kCommitted);
   EXPECT_EQ(second.Nodes(), first.Nodes());
   for (RoundReduction* reduction : {&first, &second}) {
-    for (const TreeNode node : reduction->Missing(1)) reduction->Commit(node, render(node));
+    for (const TreeNode node : reduction->Missing(1)) reduction->Commit({&node, 1}, render(node));
   }
   EXPECT_TRUE(SerializeContribution(first.Take()) == SerializeContribution(second.Take()));
 }
@@ -189,7 +196,7 @@ TEST(Reduction, BytesDoNotDependOnOrderOrPartition) {
   const StopToken never;
   std::optional<Bytes> expected;
   for (uint64_t seed = 0; seed < 12; ++seed) {
-    test::SyntheticExecutor executor(loop, {.shuffle = seed, .through_bytes = seed % 2 == 1, .detours = seed % 3 == 2});
+    test::SyntheticExecutor executor(loop, {.shuffle = seed, .detours = seed % 3 == 2});
     const auto contribution = executor.Execute(loop.state(), round, never);
     const Bytes bytes = SerializeContribution(*contribution);
     if (!expected) expected = bytes;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -97,11 +98,11 @@ class SyntheticExecutor final : public Executor {
  public:
   struct Options {
     uint64_t shuffle = 0;        // 0: in order, unit by unit; else the seed of order and partition
-    bool through_bytes = false;  // as the farm: every contribution is serialized and parsed
     bool detours = false;        // duplicates, late submits, covered nodes, ancestors of what is there
     float noise = 1;
     double seconds_per_pass = 1;  // moved on `clock`
     ManualClock* clock = nullptr;
+    std::function<void()> before_round = {};
     StopToken* stop = nullptr;   // requested ...
     int stop_before_round = -1;  // ... when this many rounds are done
   };
@@ -113,6 +114,7 @@ class SyntheticExecutor final : public Executor {
     if (options_.stop != nullptr && static_cast<int>(rounds.size()) == options_.stop_before_round)
       options_.stop->Request();
     if (stop.Requested()) return std::nullopt;
+    if (options_.before_round) options_.before_round();
     // What was announced before the last round must be this one; nothing was where the state advanced in between.
     if (expected_) {
       EXPECT_EQ(*expected_, round);
@@ -169,9 +171,7 @@ class SyntheticExecutor final : public Executor {
 
   RoundReduction::Outcome Commit(RoundReduction* reduction, const std::shared_ptr<const State>& state,
                                  const Round& round, TreeNode node) {
-    Contribution contribution = RenderNode(state, round, node);
-    return options_.through_bytes ? reduction->Commit({&node, 1}, SerializeContribution(contribution))
-                                  : reduction->Commit(node, std::move(contribution));
+    return reduction->Commit({&node, 1}, SerializeContribution(RenderNode(state, round, node)));
   }
 
   void Submit(RoundReduction* reduction, const std::shared_ptr<const State>& state, const Round& round, TreeNode node) {
