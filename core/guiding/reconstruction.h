@@ -24,7 +24,6 @@ struct CellMasses {
   // The same target from each of two disjoint, independent halves of the records; both empty where not kept. They need
   // not add up to the total (square roots of sums do not), nor have its scale.
   std::array<std::vector<double>, 2> halves;
-  bool filtered = false;  // records were shared out among cells by a footprint of a cell's size (ForFootprint)
 };
 
 struct DenseReconstruction {

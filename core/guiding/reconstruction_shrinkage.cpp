@@ -1,7 +1,6 @@
 #include "core/guiding/reconstruction_shrinkage.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/check.h"
 #include "core/guiding/reconstruction_lanes.h"
@@ -12,9 +11,9 @@ namespace {
 // The candidates: Dirichlet concentrations, in records, from a prediction that is all but ignored to one that outweighs
 // 256 records.
 constexpr Lanes kConcentration = {1.0f / 64, 1.0f / 16, 1.0f / 4, 1, 4, 16, 64, 256};
-// Even odds that there is nothing to smooth; else the concentration's scale is unknown: uniform in its logarithm.
-constexpr Lanes kPrior = {7.0f / 14, 1.0f / 14, 1.0f / 14, 1.0f / 14, 1.0f / 14, 1.0f / 14, 1.0f / 14, 1.0f / 14};
-// Probability that a child has its parent's concentration, else it draws its own: even odds, too.
+// The concentration's scale is unknown: uniform in its logarithm.
+constexpr float kPrior = 1.0f / 8;
+// Probability that a child has its parent's concentration, else it draws its own: even odds.
 constexpr float kKeep = 0.5f;
 // Cells that the parent's estimate of the mass per record counts as: one node's.
 constexpr float kParentCells = 4;
@@ -25,7 +24,7 @@ struct alignas(32) NodeState {
   std::array<float, 4> x;  // children's masses from either half, as parts of both halves' total;
   std::array<float, 4> y;  // later in effective records
   float mass = 0;          // share of the total
-  float noise = 0;         // sum of the squared differences of the halves over the children
+  float noise = 0;         // sum of the squared differences of the halves over the cells
   float cells = 0;
   float per_record = 0;  // mass per effective record
   uint32_t parent = 0;
@@ -50,15 +49,6 @@ Lanes LogPredictive(const NodeState& n) {
   return sum * 0.5f;
 }
 
-// Of masses that a filter shared out: the sum of the squared differences over a block of cells as a whole, relative to
-// that over its four quarters. A record at a random place loses 1 / (3 L) of its square by each pair of sides of a block
-// of L x L cells, since a footprint of one cell's size crosses them with probability 1 / L and then has E[s^2 + (1 -
-// s)^2] = 2/3 inside one of both: so what is seen in cells alone is 4/9 of the squared weights.
-float Resummed(float cells) {
-  const float third = 1 / (3 * std::sqrt(cells)), ratio = (1 - third) / (1 - 2 * third);
-  return ratio * ratio;
-}
-
 // Sums over subtrees, of all that is kept. Returns the states with masses, noise and cells.
 std::vector<NodeState> SumUp(const CellMasses& masses, std::vector<double>& share) {
   double total = 0, halves = 0;
@@ -79,7 +69,7 @@ std::vector<NodeState> SumUp(const CellMasses& masses, std::vector<double>& shar
         below.parent = node;
         n.x[c] = (below.x[0] + below.x[1]) + (below.x[2] + below.x[3]);
         n.y[c] = (below.y[0] + below.y[1]) + (below.y[2] + below.y[3]);
-        n.noise += below.noise * (masses.filtered ? Resummed(below.cells) : 1);
+        n.noise += below.noise;
         n.cells += below.cells;
         share[slot] = (share[child * 4] + share[child * 4 + 1]) + (share[child * 4 + 2] + share[child * 4 + 3]);
       } else {
@@ -124,10 +114,10 @@ void Propagate(std::vector<NodeState>& states) {
   for (size_t node = states.size(); node-- > 1;) {
     NodeState& n = states[node];
     n.belief = Normalized(n.belief);
-    n.message = n.belief * kKeep + (1 - kKeep) * Sum(n.belief * kPrior);
+    n.message = n.belief * kKeep + (1 - kKeep) * kPrior;
     states[n.parent].belief *= n.message;
   }
-  states[0].belief = Normalized(states[0].belief * kPrior);
+  states[0].belief = Normalized(states[0].belief);
   for (size_t node = 1; node < states.size(); ++node) {
     NodeState& n = states[node];
     const Lanes elsewhere = Normalized(states[n.parent].belief / n.message);
@@ -141,9 +131,7 @@ Shrinkage InferShrinkage(const CellMasses& masses) {
   Shrinkage out;
   LODESTAR_CHECK(masses.halves[0].size() == masses.total.size() && masses.halves[1].size() == masses.total.size());
   std::vector<NodeState> states = SumUp(masses, out.share);
-  const double divergence = EstimateNoise(states);
-  out.records = states[0].mass / states[0].per_record;
-  if (divergence < kLeastGain) return out;
+  if (EstimateNoise(states) < kLeastGain) return out;
   Propagate(states);
   out.weight.reserve(states.size());
   for (const NodeState& n : states) {

@@ -12,7 +12,6 @@ struct Shrinkage {
   // Per node: which part of its children's shares to take from what their neighbourhood predicts, 0 to 1. Empty where
   // the noise is too small for any smoothing to gain.
   std::vector<float> weight;
-  double records = 0;  // effective, of the whole tree: the squared sum of the records' masses over the sum of squares
 };
 
 // What a tree must have to gain before its widths are looked into: nats of Kullback-Leibler divergence. The second

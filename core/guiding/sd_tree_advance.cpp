@@ -42,7 +42,6 @@ directional::CellMasses RecordedMasses(const SdTree& tree, const SdTreeStatistic
   directional::CellMasses masses;
   masses.nodes = nodes;
   masses.node_count = node_count;
-  masses.filtered = tree.options().directional_filter == SdTreeOptions::DirectionalFilter::kBox;
   masses.total.resize(size_t{node_count} * 4);
   if (halves == 2) masses.halves = {masses.total, masses.total};
   for (size_t slot = 0; slot < masses.total.size(); ++slot) {

@@ -236,31 +236,6 @@ TEST(NativeReconstruction, DoesNotDependOnScale) {
   }
 }
 
-// The filter hides part of the noise from the cells: how many records there were has to be found all the same, and would
-// be 9/4 of it in cells taken alone.
-TEST(NativeReconstruction, CountsRecordsThatAFilterShared) {
-  double records = 0, unfiltered = 0;
-  for (uint64_t seed = 1; seed <= 16; ++seed) {
-    RecordedTree t = Draw(Uniform(5), 0, seed, {});
-    t.masses.filtered = true;
-    uint64_t rng = Mix64(seed);
-    for (int i = 0; i < 20000; ++i) {
-      const Vec2 at = synthetic::Unit2(rng);
-      directional::ForFootprint(t.masses.nodes, directional::ToInteger(at.x), directional::ToInteger(at.y),
-                                directional::Locate(t.masses.nodes, at), [&](uint32_t slot, float share) {
-                                  t.masses.total[slot] += share;
-                                  t.masses.halves[i & 1][slot] += share;
-                                });
-    }
-    records += directional::InferShrinkage(t.masses).records / 16;
-    t.masses.filtered = false;
-    unfiltered += directional::InferShrinkage(t.masses).records / 16;
-  }
-  std::printf("of 20000 records: %.0f effective, %.0f where the filter is not known of\n", records, unfiltered);
-  EXPECT_NEAR(records, 20000, 2000);
-  EXPECT_GT(unfiltered, 35000);
-}
-
 TEST(NativeReconstruction, LeavesAloneWhatIsWellSampled) {
   // A narrow lamp, a million records: noise below the least gain.
   const auto lamp = [](uint64_t& rng) {

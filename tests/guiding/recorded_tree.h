@@ -59,7 +59,6 @@ inline void RecordRound(const Recording& r, int records, uint64_t& rng, Recorded
   directional::CellMasses& m = to.masses;
   m = {nodes, static_cast<uint32_t>(to.tree.nodes.size()), std::vector<double>(to.tree.nodes.size() * 4, 0.0), {}};
   m.halves.fill(m.total);
-  m.filtered = true;
   for (int i = 0; i < records; ++i) {
     Vec2 square = Unit2(rng);
     if (Unit(rng) < 0.5f) square = directional::Sample(nodes, Unit2(rng)).square;
