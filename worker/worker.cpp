@@ -26,8 +26,14 @@ std::string DefaultName() {
 
 bool Worker::Gathered::Takes(const LeasedUnit& unit) const {
   const LeasedUnit& mine = leases.front().unit;
-  return unit.render && unit.job == mine.job && unit.render->round == mine.render->round &&
-         unit.render->state == mine.render->state;
+  if (!unit.render || unit.job != mine.job || unit.render->round != mine.render->round ||
+      unit.render->state != mine.render->state)
+    return false;
+  // A coordinator that has forgotten a lease may give out its units again, to this worker too.
+  return std::ranges::none_of(leases, [&](const Held& held) {
+    const TreeNode a = held.unit.render->node, b = unit.render->node;
+    return a.Covers(b) || b.Covers(a);
+  });
 }
 
 ContributionHeader Worker::Gathered::Header() const {
@@ -236,7 +242,7 @@ void Worker::RenderLoop() {
     bool give_back = false;
     {
       std::unique_lock lock(mutex_);
-      // Nothing to go on with, or another round: others wait for what is gathered.
+      // Nothing to go on with, or nothing that can be added: others wait for what is gathered.
       if (gathered_ &&
           (ready_.empty() || !gathered_->Takes(ready_.front().unit) || gathered_->seconds > kGatherSeconds)) {
         lock.unlock();

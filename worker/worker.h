@@ -47,8 +47,8 @@ class Worker {
     Contribution contribution;
     std::shared_ptr<LoadedJob> job;
     std::shared_ptr<const State> state;
-    double seconds = 0;  // of rendering
-    bool Takes(const LeasedUnit& unit) const;
+    double seconds = 0;                        // of rendering
+    bool Takes(const LeasedUnit& unit) const;  // of the same round, and none of its units there
     ContributionHeader Header() const;
   };
   void FetchLoop();
