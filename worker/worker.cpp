@@ -417,7 +417,7 @@ void Worker::DeliverLoop() {
     }
     for (const Held& held : delivery.leases) Release(held.unit.id);
   }
-  spdlog::info("delivered {} times, {:.1f} MiB (before compression) in {:.2f} s, beside rendering", deliveries_made_,
+  spdlog::info("delivered {} times, {:.1f} MiB in {:.2f} s, beside rendering", deliveries_made_,
                static_cast<double>(delivered_bytes_) / (1 << 20), delivering_seconds_);
 }
 
