@@ -27,10 +27,6 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
       if (candidate->round == header.round && candidate->state_hash == header.state) open = candidate;
     }
     if (!open) return ContributionOutcome::kStale;
-    for (const TreeNode node : header.nodes) {
-      if (!node.ValidIn(open->round.unit_count))
-        throw Error(ErrorKind::kInvalidInput, node.ToString() + " does not exist in its round");
-    }
   }
   // Step 2: decode and merge, beside everything else.
   RoundReduction::Outcome outcome;
