@@ -1,9 +1,13 @@
 #include "worker/asset_cache.h"
 
-#include <signal.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <vector>
 
 #include "core/base/error.h"
@@ -13,22 +17,48 @@
 namespace lodestar {
 namespace fs = std::filesystem;
 
+// flock: it goes with the process however that ends, and holds between containers that share the folder, where process
+// ids say nothing.
+class AssetCache::Lock {
+ public:
+  enum Mode { kWait = 0, kTry = LOCK_NB };
+  Lock(const fs::path& folder, Mode mode) : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    held_ = file_ >= 0 && flock(file_, LOCK_EX | mode) == 0;
+  }
+  ~Lock() {
+    if (file_ >= 0) close(file_);
+  }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+  bool held() const { return held_; }
+
+ private:
+  const int file_;
+  bool held_ = false;
+};
+
 AssetCache::AssetCache(const fs::path& folder, uint64_t limit_bytes)
     : folder_(fs::absolute(folder)), limit_bytes_(limit_bytes) {
   std::error_code error;
-  for (const char* part : {"content", "temporary", "scenes"}) {
+  for (const char* part : {"content", "workers"}) {
     fs::create_directories(folder_ / part, error);
     if (error)
       throw Error(ErrorKind::kIo, "the cache folder " + (folder_ / part).string() +
                                       " cannot be made: " + error.message() + "; choose another with --cache");
   }
-  // What workers that were killed have left: names begin with their process id.
-  for (const char* part : {"temporary", "scenes"}) {
-    for (const auto& entry : fs::directory_iterator(folder_ / part, error)) {
-      const pid_t pid = std::atoi(entry.path().filename().c_str());
-      if (pid <= 0 || (kill(pid, 0) != 0 && errno == ESRCH)) fs::remove_all(entry.path(), error);
-    }
-  }
+  // One at a time, or a worker would take for left behind what another has made and not locked yet.
+  const Lock alone(folder_ / "workers", Lock::kWait);
+  for (const auto& entry : fs::directory_iterator(folder_ / "workers", error))
+    if (Lock(entry.path(), Lock::kTry).held()) fs::remove_all(entry.path(), error);
+  std::string own = (folder_ / "workers" / "XXXXXX").string();
+  if (!mkdtemp(own.data())) throw Error(ErrorKind::kIo, own + " cannot be made: " + std::strerror(errno));
+  own_ = own;
+  own_lock_ = std::make_unique<Lock>(own_, Lock::kWait);
+}
+
+AssetCache::~AssetCache() {
+  std::error_code ignored;
+  fs::remove_all(own_, ignored);
 }
 
 void AssetCache::Link(const ContentHash& hash, const fs::path& to, const Fetch& fetch) {
@@ -50,7 +80,7 @@ void AssetCache::Link(const ContentHash& hash, const fs::path& to, const Fetch& 
         throw Error(ErrorKind::kIo, to.string() + " cannot be written: " + error.message());
       continue;  // another worker evicted it in between
     }
-    const fs::path temporary = folder_ / "temporary" / (std::to_string(getpid()) + "-" + std::to_string(++last_));
+    const fs::path temporary = own_ / std::to_string(++last_);
     fetch(hash, temporary);
     fs::create_directories(file.parent_path());
     fs::rename(temporary, file);
@@ -62,7 +92,7 @@ void AssetCache::Link(const ContentHash& hash, const fs::path& to, const Fetch& 
 fs::path AssetCache::Materialise(const SceneManifest& manifest, const Fetch& fetch) {
   manifest.Validate();  // names stay inside, whoever sent them
   std::lock_guard lock(mutex_);
-  const fs::path folder = folder_ / "scenes" / (std::to_string(getpid()) + "-" + std::to_string(++last_));
+  const fs::path folder = own_ / std::to_string(++last_);
   fs::create_directories(folder);
   try {
     for (const auto& [name, file] : manifest.files) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <mutex>
 
 #include "rpc/types.h"
@@ -13,7 +14,9 @@ class AssetCache {
  public:
   // `fetch` brings content into a file that does not exist yet (WorkClient::FetchAsset).
   using Fetch = std::function<void(const ContentHash&, const std::filesystem::path&)>;
+  // Removes what workers that were killed have left in `folder`.
   AssetCache(const std::filesystem::path& folder, uint64_t limit_bytes);
+  ~AssetCache();
 
   // Makes a folder that holds exactly the manifest's files under their names; nothing outside of it is written. Removed
   // by the caller.
@@ -26,8 +29,11 @@ class AssetCache {
   void Link(const ContentHash& hash, const std::filesystem::path& to, const Fetch& fetch);
   void Evict();
 
+  class Lock;
   const std::filesystem::path folder_;
   const uint64_t limit_bytes_;
+  std::filesystem::path own_;  // scenes and files on their way, in a folder that no other worker has
+  std::unique_ptr<Lock> own_lock_;
   std::mutex mutex_;
   uint64_t last_ = 0;
 };

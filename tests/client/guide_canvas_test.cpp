@@ -7,6 +7,7 @@
 #include "core/film/oklab.h"
 #include "core/image/image.h"
 #include "tests/client/run_program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {
@@ -48,7 +49,7 @@ TEST(LogScale, SpansThePositiveValues) {
 
 // What a picture of 3 x 1 values looks like in its file: blocks of 128 pixels in the values' colours under the title.
 TEST(Picture, ValuesHaveTheirColours) {
-  TestFolder folder;
+  TemporaryFolder folder;
   FloatGrid grid(3, 1);
   grid.values = {0, 1, 100};
   PictureStyle style;

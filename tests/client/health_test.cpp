@@ -9,6 +9,7 @@
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/local_executor.h"
 #include "tests/client/run_program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {
@@ -64,7 +65,7 @@ std::string Bits(Rgb c) {
 class Health : public testing::TestWithParam<std::string> {};
 
 TEST_P(Health, ThePrintedCommandReplaysTheSampleToTheBit) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const std::string scene = folder.Write("blinding.pbrt", kBlindingScene);
   const Ran ran = RunLodestar(
       {"render", scene, "--method", GetParam(), "--spp", "31", "--seed", "0", "-o", folder / "a.pfm", "--json"},

@@ -3,16 +3,17 @@
 #include <gtest/gtest.h>
 
 #include "tests/client/run_program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {
 
-Ran Check(const TestFolder& folder) {
+Ran Check(const TemporaryFolder& folder) {
   return RunProgram({"/usr/bin/python3", LODESTAR_SOURCE_DIR "/cmake/check_includes.py", folder / ""});
 }
 
 TEST(IncludeRules, AllowedArrowsPass) {
-  TestFolder folder;
+  TemporaryFolder folder;
   std::filesystem::create_directories(folder / "core/film");
   folder.Write("core/film/film.cpp",
                "#include \"core/film/film.h\"\n#include \"core/math/vec.h\"\n#include <vector>\n");
@@ -21,7 +22,7 @@ TEST(IncludeRules, AllowedArrowsPass) {
 }
 
 TEST(IncludeRules, AnArrowToTheRightIsFoundWithFileAndLine) {
-  TestFolder folder;
+  TemporaryFolder folder;
   std::filesystem::create_directories(folder / "core/math");
   folder.Write("core/math/vec.h", "#include <cmath>\n#include \"core/scene/scene.h\"\n");
   const Ran ran = Check(folder);
@@ -30,7 +31,7 @@ TEST(IncludeRules, AnArrowToTheRightIsFoundWithFileAndLine) {
 }
 
 TEST(IncludeRules, LibrariesHaveOneOwner) {
-  TestFolder folder;
+  TemporaryFolder folder;
   std::filesystem::create_directories(folder / "coordinator/service");
   folder.Write("coordinator/service/a.cpp", "#include <embree3/rtcore.h>\n#include \"core/image/image.h\"\n");
   const Ran ran = Check(folder);
@@ -40,7 +41,7 @@ TEST(IncludeRules, LibrariesHaveOneOwner) {
 }
 
 TEST(IncludeRules, AFolderWithoutARuleIsFound) {
-  TestFolder folder;
+  TemporaryFolder folder;
   std::filesystem::create_directories(folder / "core/novel");
   folder.Write("core/novel/a.h", "#include <vector>\n");
   EXPECT_EQ(Check(folder).code, 2);

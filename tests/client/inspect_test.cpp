@@ -12,6 +12,7 @@
 #include "client/outputs.h"
 #include "core/learning/guide_file.h"
 #include "tests/client/run_program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {
@@ -58,7 +59,7 @@ class Inspect : public testing::Test {
     return pictures;
   }
 
-  TestFolder folder_;
+  TemporaryFolder folder_;
   std::string scene_, state_;
 };
 

@@ -7,6 +7,7 @@
 #include "client/plot.h"
 #include "core/base/error.h"
 #include "tests/client/run_program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {
@@ -34,7 +35,7 @@ TEST(Outputs, FilesStandBesideTheImage) {
 }
 
 TEST(Outputs, FloatFilesGiveTheSameBitsBack) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const Image image = Gradient();
   for (const char* name : {"a.exr", "a.pfm"}) {
     WriteImage(folder / name, image, {{"lodestar:method", "path"}});
@@ -46,7 +47,7 @@ TEST(Outputs, FloatFilesGiveTheSameBitsBack) {
 }
 
 TEST(Outputs, ByteImagesKeepEveryByte) {
-  TestFolder folder;
+  TemporaryFolder folder;
   std::vector<uint8_t> bytes(256 * 3);
   for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(i / 3);
   WriteBytesPng(folder / "ramp.png", 256, 1, bytes);
@@ -54,7 +55,7 @@ TEST(Outputs, ByteImagesKeepEveryByte) {
 }
 
 TEST(Outputs, AFolderThatCannotBeWrittenIsFoundBeforeTheRender) {
-  TestFolder folder;
+  TemporaryFolder folder;
   PrepareFolder(folder / "new/folder/x.exr");
   EXPECT_TRUE(std::filesystem::is_directory(folder / "new/folder"));
   folder.Write("file", "");
@@ -85,7 +86,7 @@ constexpr char kCsv[] =
     "\"sdtree:a=1,b=2\",0,1,4,0,0.4,,,,,\n\"sdtree:a=1,b=2\",0,2,8,0,0.1,,,,,\n";
 
 TEST(Plot, IsDrawnWithoutADisplay) {
-  TestFolder folder;
+  TemporaryFolder folder;
   if (RunProgram({"/usr/bin/python3", "-c", "import matplotlib"}).code != 0)
     GTEST_SKIP() << "no matplotlib under /usr/bin/python3";
   const auto csv = folder.Write("e.csv", kCsv);
@@ -96,7 +97,7 @@ TEST(Plot, IsDrawnWithoutADisplay) {
 }
 
 TEST(Plot, WhatCannotBeDrawnIsSaidAndNothingMore) {
-  TestFolder folder;
+  TemporaryFolder folder;
   if (RunProgram({"/usr/bin/python3", "-c", "import matplotlib"}).code != 0)
     GTEST_SKIP() << "no matplotlib under /usr/bin/python3";
   testing::internal::CaptureStderr();

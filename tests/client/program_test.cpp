@@ -6,6 +6,7 @@
 
 #include "client/outputs.h"
 #include "tests/client/run_program.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {
@@ -68,7 +69,7 @@ TEST(Program, WrongWordsSuggestWhatWasMeant) {
 }
 
 TEST(Program, BadScenesEndWithThreeAndNameTheLine) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const Ran missing = RunLodestar({"inspect", folder / "none.pbrt"});
   EXPECT_EQ(missing.code, 3);
   EXPECT_THAT(missing.err, HasSubstr("none.pbrt"));
@@ -78,7 +79,7 @@ TEST(Program, BadScenesEndWithThreeAndNameTheLine) {
 }
 
 TEST(Program, FilesThatCannotBeReadOrWrittenEndWithFour) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   EXPECT_EQ(RunLodestar({"render", scene, "-o", "/proc/none/x.exr"}).code, 4);
   EXPECT_EQ(RunLodestar({"render", scene, "-o", folder / "x.exr", "--reference", folder / "none.exr"}).code, 4);
@@ -86,7 +87,7 @@ TEST(Program, FilesThatCannotBeReadOrWrittenEndWithFour) {
 }
 
 TEST(Program, InspectSaysWhatTheSceneHolds) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   const Ran ran = RunLodestar({"inspect", scene, "--json"});
   ASSERT_EQ(ran.code, 0) << ran.err;
@@ -99,7 +100,7 @@ TEST(Program, InspectSaysWhatTheSceneHolds) {
 }
 
 TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   const Ran ran = RunLodestar(
       {"render", scene, "--method", "path", "--spp", "8", "--seed", "5", "-o", folder / "out/a.exr", "--json"},
@@ -124,7 +125,7 @@ TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
 }
 
 TEST(Program, TheSameCommandGivesTheSameBitsOnAnyNumberOfThreads) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   for (const char* threads : {"1", "3"}) {
     const Ran ran = RunLodestar({"render", scene, "--spp", "15", "--threads", threads, "-o",
@@ -136,7 +137,7 @@ TEST(Program, TheSameCommandGivesTheSameBitsOnAnyNumberOfThreads) {
 }
 
 TEST(Program, AReferenceGivesErrorsAndAWrongSizeIsSaidBeforeRendering) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   ASSERT_EQ(
       RunLodestar({"render", scene, "--method", "path", "--spp", "64", "-o", folder / "ref.exr", "--quiet"}, kNoPlot)
@@ -160,7 +161,7 @@ TEST(Program, AReferenceGivesErrorsAndAWrongSizeIsSaidBeforeRendering) {
 }
 
 TEST(Program, CompareReportsEveryMethodAndSeed) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   const Ran ran = RunLodestar({"compare", scene, "--methods", "path,path:nee=never", "--spp", "4", "--seeds", "2", "-o",
                                folder / "r", "--json", "--quiet"},
@@ -177,7 +178,7 @@ TEST(Program, CompareReportsEveryMethodAndSeed) {
 }
 
 TEST(Program, ReplayGivesTheSamplesOwnBits) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   // With a box filter and one pass the image is the sample.
   ASSERT_EQ(
@@ -199,7 +200,7 @@ TEST(Program, ReplayGivesTheSamplesOwnBits) {
 }
 
 TEST(Program, ReplayFollowsTheTraining) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   const Ran ran = RunLodestar({"replay", scene, "--method", "sdtree", "--spp", "15", "--pixel", "8,7", "--pass", "5",
                                "--iteration", "2", "--json"});
@@ -215,7 +216,7 @@ TEST(Program, ReplayFollowsTheTraining) {
 }
 
 TEST(Program, AnInterruptWritesTheImageSoFar) {
-  TestFolder folder;
+  TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   const Ran ran = RunProgram({"timeout", "--preserve-status", "-s", "INT", "2", LODESTAR_PROGRAM, "render", scene,
                               "--method", "path", "--time", "1h", "-o", folder / "a.pfm"},

@@ -1,14 +1,13 @@
 #include "tests/client/run_program.h"
 
-#include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 
 #include "client/values.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 
@@ -34,46 +33,23 @@ std::string ReadText(const std::filesystem::path& path) {
 }
 
 Ran RunProgram(const std::vector<std::string>& words, const std::vector<std::string>& environment) {
-  static int count = 0;
-  const std::string base = (std::filesystem::temp_directory_path() /
-                            ("lodestar-ran-" + std::to_string(getpid()) + "-" + std::to_string(count++)))
-                               .string();
+  const TemporaryFolder folder;
+  const std::filesystem::path out = folder / "out", err = folder / "err";
   std::string command = "env";
   for (const std::string& word : environment) command += " " + ShellQuote(word);
   for (const std::string& word : words) command += " " + ShellQuote(word);
-  command += " >" + ShellQuote(base + ".out") + " 2>" + ShellQuote(base + ".err") + " </dev/null";
+  command += " >" + ShellQuote(out.string()) + " 2>" + ShellQuote(err.string()) + " </dev/null";
   const int status = std::system(command.c_str());
   Ran ran;
   ran.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  ran.out = ReadText(base + ".out");
-  ran.err = ReadText(base + ".err");
-  std::filesystem::remove(base + ".out");
-  std::filesystem::remove(base + ".err");
+  ran.out = ReadText(out);
+  ran.err = ReadText(err);
   return ran;
 }
 
 Ran RunLodestar(std::vector<std::string> arguments, const std::vector<std::string>& environment) {
   arguments.insert(arguments.begin(), LODESTAR_PROGRAM);
   return RunProgram(arguments, environment);
-}
-
-TestFolder::TestFolder() {
-  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  path_ =
-      std::filesystem::temp_directory_path() / ("lodestar-" + std::to_string(getpid()) + "-" +
-                                                std::string(test->test_suite_name()) + "-" + std::string(test->name()));
-  std::filesystem::remove_all(path_);
-  std::filesystem::create_directories(path_);
-}
-
-TestFolder::~TestFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
-std::filesystem::path TestFolder::Write(const std::string& name, const std::string& text) const {
-  std::ofstream(path_ / name, std::ios::binary) << text;
-  return path_ / name;
 }
 
 }  // namespace lodestar

@@ -8,6 +8,7 @@
 
 #include "tests/farm/support/box.h"
 #include "tests/farm/support/farm_fixture.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {

@@ -7,6 +7,7 @@
 #include "rpc/farm_client.h"
 #include "rpc/work_client.h"
 #include "tests/farm/support/farm_fixture.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "rpc/status.h"
 #include "tests/farm/support/process.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {

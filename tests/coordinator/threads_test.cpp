@@ -13,6 +13,7 @@
 #include "core/tracing/local_executor.h"
 #include "rpc/convert.h"
 #include "tests/farm/support/farm_fixture.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {

@@ -5,6 +5,7 @@
 #include <regex>
 
 #include "tests/farm/support/farm_fixture.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {

@@ -7,12 +7,14 @@
 
 #include "core/base/error.h"
 #include "core/image/texel_image.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {
 
 std::string Temp(const std::string& name) {
-  return testing::TempDir() + "/" + name;
+  static const TemporaryFolder folder;
+  return folder / name;
 }
 
 FloatImage Gradient(int width, int height) {

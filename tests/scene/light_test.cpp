@@ -11,6 +11,7 @@
 #include "core/scene/light_shapes.h"
 #include "tests/scene/scene_builder.h"
 #include "tests/support/statistical.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {
@@ -361,7 +362,8 @@ TEST(EnvironmentLight, DimSkyWithATinySun) {
   FloatImage image{kSize, kSize, std::vector<Rgb>(kSize * kSize)};
   for (int i = 0; i < kSize * kSize; ++i) image.pixels[i] = Rgb(0.1f + 0.05f * float(i % 7));
   image.At(70, 55) = Rgb(3e5f);  // 7.7e-4 sr
-  const std::string path = testing::TempDir() + "/tiny_sun.exr";
+  const TemporaryFolder folder;
+  const std::string path = folder / "tiny_sun.exr";
   WriteExr(path, image);
   SceneBuilder b;
   b.d.lights.push_back({InfiniteLight{Rgb(0.5f), path}, Transform::Rotate(35, {1, 2, 3}), {"test.pbrt", 1, 1}});
@@ -419,7 +421,8 @@ TEST(EnvironmentLight, IlluminanceOfAnImage) {
   constexpr int kSize = 64;
   FloatImage image{kSize, kSize, std::vector<Rgb>(kSize * kSize)};
   for (int i = 0; i < kSize * kSize; ++i) image.pixels[i] = Rgb(0.1f + 0.3f * float(i % 5));
-  const std::string path = testing::TempDir() + "/illuminance.exr";
+  const TemporaryFolder folder;
+  const std::string path = folder / "illuminance.exr";
   WriteExr(path, image);
   const Transform turned = Transform::Rotate(50, {1, -2, 1});
   const auto compile = [&](float scale, float illuminance) {

@@ -1,10 +1,8 @@
-// Shared by the parser's tests: parsing of a text, tables of what is refused, a folder that is removed at the end.
+// Shared by the parser's tests: parsing of a text, tables of what is refused.
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -12,31 +10,9 @@
 
 #include "core/base/error.h"
 #include "core/scene/pbrt_parser.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    static std::atomic<int> count{0};
-    path_ = std::filesystem::temp_directory_path() /
-            ("lodestar-parse-" + std::to_string(getpid()) + "-" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
-  }
-  ~TemporaryFolder() {
-    std::error_code code;
-    std::filesystem::remove_all(path_, code);
-  }
-  const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path Write(const std::string& name, const std::string& bytes) const {
-    std::filesystem::create_directories((path_ / name).parent_path());
-    std::ofstream(path_ / name, std::ios::binary) << bytes;
-    return path_ / name;
-  }
-
- private:
-  std::filesystem::path path_;
-};
 
 // The folder that relative names in texts resolve against; holds image.png, mesh.ply and light.spd.
 inline const std::filesystem::path& Folder() {

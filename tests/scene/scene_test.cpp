@@ -9,6 +9,7 @@
 #include "core/image/image.h"
 #include "tests/scene/scene_builder.h"
 #include "tests/support/statistical.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {
@@ -255,7 +256,8 @@ TEST(Bounds, HoldEverything) {
 // ---- identity ----
 
 TEST(SceneHash, ChangesWithAnythingAndWithNothingElse) {
-  const std::string path = testing::TempDir() + "/hash.exr";
+  const TemporaryFolder folder;
+  const std::string path = folder / "hash.exr";
   WriteExr(path, FloatImage{2, 2, std::vector<Rgb>(4, Rgb(1))});
   const auto base = [&] {
     SceneBuilder b;

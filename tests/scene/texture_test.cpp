@@ -4,6 +4,7 @@
 #include "core/image/image.h"
 #include "core/scene/textures.h"
 #include "tests/scene/scene_builder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 namespace {
@@ -38,7 +39,8 @@ TEST(TextureTable, EvaluatesExpressions) {
 }
 
 TEST(TextureTable, ImagesRunUpwardsScaleAndInvert) {
-  const std::string path = testing::TempDir() + "/texture.exr";
+  const TemporaryFolder folder;
+  const std::string path = folder / "texture.exr";
   WriteExr(path, FloatImage{1, 2, {Rgb(0.75f), Rgb(0.25f)}});  // upper row brighter
   ImageTexture image;
   image.path = path;

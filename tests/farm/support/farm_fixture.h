@@ -9,6 +9,7 @@
 #include "core/learning/loop.h"
 #include "rpc/farm_client.h"
 #include "tests/farm/support/process.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lodestar {
 

@@ -64,15 +64,4 @@ int Process::Wait(std::chrono::milliseconds limit) {
   return Eventually(limit, [&] { return !running(); }) ? code_ : -1;
 }
 
-TemporaryFolder::TemporaryFolder() {
-  static std::atomic<int> count{0};
-  path_ = std::filesystem::temp_directory_path() /
-          ("lodestar-test-" + std::to_string(getpid()) + "-" + std::to_string(++count));
-  std::filesystem::create_directories(path_);
-}
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
 }  // namespace lodestar

@@ -32,17 +32,6 @@ class Process {
   int code_ = -1;
 };
 
-// A folder of its own that goes with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
 // True once `condition` holds; polls, for at most `limit`.
 template <class Condition>
 bool Eventually(std::chrono::milliseconds limit, Condition&& condition);
