@@ -1,5 +1,7 @@
 #include "rpc/work_types.h"
 
+#include <algorithm>
+
 namespace lodestar {
 namespace {
 constexpr uint32_t kDescriptionVersion = 1;
@@ -21,6 +23,24 @@ JobDescription JobDescription::Parse(std::string_view bytes) {
   description.scene = SceneManifest::Parse(in.GetString());
   in.ExpectEnd();
   return description;
+}
+
+bool ContributionHeader::Takes(const LeasedUnit& unit) const {
+  if (!unit.render) return false;
+  if (nodes.empty()) return true;
+  return unit.job == job && unit.render->round == round && unit.render->state == state &&
+         std::ranges::none_of(nodes, [&](TreeNode node) { return node.Overlaps(unit.render->node); });
+}
+
+void ContributionHeader::Add(const LeasedUnit& unit) {
+  if (nodes.empty()) {
+    job = unit.job;
+    round = unit.render->round;
+    state = unit.render->state;
+  }
+  leases.push_back(unit.id);
+  const TreeNode node = unit.render->node;
+  nodes.insert(std::ranges::upper_bound(nodes, node.first(), {}, &TreeNode::first), node);
 }
 
 }  // namespace lodestar

@@ -55,6 +55,12 @@ struct ContributionHeader {
   ContentHash state;
   uint64_t size = 0;  // bytes
   double seconds = 0;
+
+  // Whether what the unit brings can be added: of the same job, round and state, and nothing of it there yet. (A
+  // coordinator that has forgotten a lease may give out its units again, to the same worker too.)
+  bool Takes(const LeasedUnit& unit) const;
+  // A unit that it takes.
+  void Add(const LeasedUnit& unit);
 };
 enum class ContributionOutcome { kCommitted = 1, kCovered, kStale, kJobEnded };
 

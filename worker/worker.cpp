@@ -24,33 +24,6 @@ std::string DefaultName() {
 
 }  // namespace
 
-bool Worker::Gathered::Takes(const LeasedUnit& unit) const {
-  const LeasedUnit& mine = leases.front().unit;
-  if (!unit.render || unit.job != mine.job || unit.render->round != mine.render->round ||
-      unit.render->state != mine.render->state)
-    return false;
-  // A coordinator that has forgotten a lease may give out its units again, to this worker too.
-  return std::ranges::none_of(leases, [&](const Held& held) {
-    const TreeNode a = held.unit.render->node, b = unit.render->node;
-    return a.Covers(b) || b.Covers(a);
-  });
-}
-
-ContributionHeader Worker::Gathered::Header() const {
-  const LeasedUnit& first = leases.front().unit;
-  ContributionHeader header;
-  header.job = first.job;
-  header.round = first.render->round;
-  header.state = first.render->state;
-  header.seconds = seconds;
-  for (const Held& held : leases) {
-    header.leases.push_back(held.unit.id);
-    header.nodes.push_back(held.unit.render->node);
-  }
-  std::ranges::sort(header.nodes, {}, &TreeNode::first);
-  return header;
-}
-
 Worker::Worker(const Options& options)
     : options_(options),
       info_(DescribeWorker(options.name.empty() ? DefaultName() : options.name,
@@ -243,8 +216,8 @@ void Worker::RenderLoop() {
     {
       std::unique_lock lock(mutex_);
       // Nothing to go on with, or nothing that can be added: others wait for what is gathered.
-      if (gathered_ &&
-          (ready_.empty() || !gathered_->Takes(ready_.front().unit) || gathered_->seconds > kGatherSeconds)) {
+      if (gathered_ && (ready_.empty() || !gathered_->header.Takes(ready_.front().unit) ||
+                        gathered_->header.seconds > kGatherSeconds)) {
         lock.unlock();
         Deliver();
         lock.lock();
@@ -361,8 +334,9 @@ void Worker::Render(const Held& held) {
     return Release(held.unit.id);
   }
   const double seconds = Seconds(Clock::Steady().Now() - start);
+  gathered_->header.Add(held.unit);
+  gathered_->header.seconds += seconds;
   gathered_->leases.push_back(held);
-  gathered_->seconds += seconds;
   rendering_seconds_ += seconds;
   ++leases_;
 }
@@ -395,7 +369,7 @@ void Worker::DeliverLoop() {
       deliveries_.pop_front();
     }
     changed_.notify_all();
-    ContributionHeader header = delivery.Header();
+    ContributionHeader& header = delivery.header;
     const std::string what = std::to_string(header.nodes.size()) + " leases of iteration " +
                              std::to_string(header.round.iteration) + ", round " + std::to_string(header.round.index) +
                              " of " + header.job.value;

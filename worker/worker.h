@@ -44,12 +44,10 @@ class Worker {
   // What leases of one round have brought together, on its way out.
   struct Gathered {
     std::vector<Held> leases;
+    ContributionHeader header;
     Contribution contribution;
     std::shared_ptr<LoadedJob> job;
     std::shared_ptr<const State> state;
-    double seconds = 0;                        // of rendering
-    bool Takes(const LeasedUnit& unit) const;  // of the same round, and none of its units there
-    ContributionHeader Header() const;
   };
   void FetchLoop();
   void RenderLoop();

@@ -2,15 +2,19 @@
 // so that a read misses the cache but not the translation of its address too, and aligned to cache lines in any case.
 #pragma once
 
-#include <sys/mman.h>
-
 #include <cstddef>
-#include <cstdint>
 #include <cstdlib>
 #include <new>
 #include <vector>
 
 namespace lodestar {
+
+inline constexpr size_t kLargePage = size_t{2} << 20;
+enum class Commit { kNow, kLater };
+// Zeroes, aligned to kLargePage; null where there is no more memory. `bytes` is a multiple of kLargePage. kLater: of
+// address space that will be touched in parts, which the system need not have memory for.
+void* MapLargePages(size_t bytes, Commit commit);
+void UnmapLargePages(void* address, size_t bytes);
 
 template <class T>
 struct HugePageAllocator {
@@ -23,35 +27,24 @@ struct HugePageAllocator {
   // so.
   T* allocate(size_t count) {
     const size_t bytes = count * sizeof(T);
-    void* const memory =
-        bytes < kPage ? std::aligned_alloc(kLine, RoundUp(bytes, kLine)) : MapPages(RoundUp(bytes, kPage));
+    void* const memory = bytes < kLargePage ? std::aligned_alloc(kLine, RoundUp(bytes, kLine))
+                                            : MapLargePages(RoundUp(bytes, kLargePage), Commit::kNow);
     if (!memory) throw std::bad_alloc();
     return static_cast<T*>(memory);
   }
   void deallocate(T* memory, size_t count) {
     const size_t bytes = count * sizeof(T);
-    if (bytes < kPage) {
+    if (bytes < kLargePage) {
       std::free(memory);
     } else {
-      munmap(memory, RoundUp(bytes, kPage));
+      UnmapLargePages(memory, RoundUp(bytes, kLargePage));
     }
   }
   friend bool operator==(HugePageAllocator, HugePageAllocator) { return true; }
 
  private:
-  static constexpr size_t kLine = 64, kPage = size_t{2} << 20;
+  static constexpr size_t kLine = 64;
   static constexpr size_t RoundUp(size_t bytes, size_t to) { return (bytes + to - 1) / to * to; }
-  // Null where there is no more memory. `bytes` is a multiple of kPage.
-  static void* MapPages(size_t bytes) {
-    void* const mapped = mmap(nullptr, bytes + kPage, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (mapped == MAP_FAILED) return nullptr;
-    char* const begin = static_cast<char*>(mapped);
-    const size_t before = (kPage - reinterpret_cast<uintptr_t>(begin) % kPage) % kPage;
-    if (before > 0) munmap(begin, before);
-    munmap(begin + before + bytes, kPage - before);
-    madvise(begin + before, bytes, MADV_HUGEPAGE);  // advice: refused, it costs only speed
-    return begin + before;
-  }
 };
 
 template <class T>

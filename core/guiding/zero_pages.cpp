@@ -1,22 +1,22 @@
 #include "core/guiding/zero_pages.h"
 
-#include <sys/mman.h>
-
 #include <algorithm>
 #include <bit>
+#include <cstdlib>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/base/huge_pages.h"
 
 namespace lodestar {
 namespace {
 
-// Smaller arrays are not worth keeping. Larger ones get address space to grow in, which costs nothing, so that the
-// pages of one state's sums serve the next state's, which has more.
-constexpr size_t kSmall = size_t{1} << 20, kRoom = 8;
+// Arrays below a large page come from the heap and are not worth keeping. Larger ones get address space to grow in,
+// which costs nothing, so that the pages of one state's sums serve the next state's, which has more.
+constexpr size_t kRoom = 8;
 constexpr size_t kMostKept = 8, kMostKeptBytes = size_t{512} << 20;
 
 struct Kept {
@@ -26,18 +26,13 @@ struct Kept {
 std::mutex mutex;
 std::vector<Kept> kept;  // guarded by `mutex`
 
-void* Map(size_t bytes) {
-  void* const address =
-      mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (address == MAP_FAILED) return nullptr;
-  madvise(address, bytes, MADV_HUGEPAGE);  // advice: refused, it costs only speed
-  return address;
-}
-
 }  // namespace
 
 ZeroMapping MapZeroPages(size_t bytes) {
-  if (bytes >= kSmall) {
+  void* address = nullptr;
+  if (bytes < kLargePage) {
+    address = std::calloc(bytes, 1);
+  } else {
     {
       std::lock_guard lock(mutex);
       // The one with most pages among those that fit and are not far too large.
@@ -53,9 +48,11 @@ ZeroMapping MapZeroPages(size_t bytes) {
       }
     }
     const size_t roomy = std::bit_ceil(bytes) * kRoom;
-    if (void* const address = Map(roomy)) return {address, roomy};
+    address = MapLargePages(roomy, Commit::kLater);
+    if (address != nullptr) return {address, roomy};
+    bytes = (bytes + kLargePage - 1) / kLargePage * kLargePage;
+    address = MapLargePages(bytes, Commit::kLater);
   }
-  void* const address = Map(bytes);
   if (address == nullptr) {
     throw Error(ErrorKind::kIo, "cannot map " + std::to_string(bytes) +
                                     " bytes for tree statistics; lower the SD-tree's max_nodes or the thread count");
@@ -64,13 +61,17 @@ ZeroMapping MapZeroPages(size_t bytes) {
 }
 
 void Unmap(ZeroMapping mapping) {
-  LODESTAR_CHECK(munmap(mapping.address, mapping.bytes) == 0);
+  if (mapping.bytes < kLargePage) {
+    std::free(mapping.address);
+  } else {
+    UnmapLargePages(mapping.address, mapping.bytes);
+  }
 }
 
 void KeepZeroPages(ZeroMapping mapping, size_t used) {
   LODESTAR_DCHECK(std::all_of(static_cast<const char*>(mapping.address),
                               static_cast<const char*>(mapping.address) + used, [](char byte) { return byte == 0; }));
-  if (used >= kSmall) {
+  if (used >= kLargePage) {
     std::lock_guard lock(mutex);
     size_t total = used;
     for (const Kept& other : kept) total += other.used;

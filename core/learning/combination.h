@@ -9,20 +9,22 @@
 
 namespace lodestar {
 
-// The weights of the films, in their order; they add up to 1 (all 0 while nothing is rendered).
+struct CombinedFilms {
+  std::vector<double> weights;  // in the films' order; they add up to 1 (all 0 while nothing is rendered)
+  Image image;                  // the weighted mean of the films' images; those of films are independent
+  uint64_t passes = 0;          // of the films with a weight
+};
+
+// `films` is not empty.
 // - discard, automatic: the film with the most passes alone, the later of equals: the last iteration's, but for the
 // first rounds of a longer one.
 // - inverse variance: of the last `last` films, 1 / mean pixel variance (Mueller 2019, section 10.2), relative to what
 //   the pixels are expected to have, as errors are reported: by the absolute variance a film that is noisy in the dark
-//   would count by its bright parts. A film of one pass tells no variance and counts only where no film does; one
-//   without any noise (all black, say) is taken to be as good per pass as the best other, so that a variance of zero
-//   never owns the image. The weights come from the samples they weigh: with a whole image's mean variance behind each,
-//   the bias is of the order of the relative error of that mean, over the number of pixels; tests of means use discard.
-std::vector<double> CombinationWeights(std::span<const IterationFilm> films, const Method::Combination& combination);
-// The weighted mean of the films' images, variances included (those of films are independent). `films` is not empty.
-Image Combine(std::span<const IterationFilm> films, std::span<const double> weights);
-// Passes of the films with a weight.
-uint64_t CombinedPasses(std::span<const IterationFilm> films, std::span<const double> weights);
+//   would count by its bright parts. A film of one pass is measured against the others. One without any noise (all
+//   black, say) is taken to be as good per pass as the best other, so that a variance of zero never owns the image. The
+//   weights come from the samples they weigh: with a whole image's mean variance behind each, the bias is of the order
+//   of the relative error of that mean, over the number of pixels; tests of means use discard.
+CombinedFilms Combine(std::span<const IterationFilm> films, const Method::Combination& combination);
 // How many of the films so far can still matter once another iteration begins.
 size_t FilmsToKeep(const Method::Combination& combination);
 

@@ -205,8 +205,8 @@ bool Loop::EndsTraining(uint32_t next) const {
   if (job_.budget.seconds > 0 && predicted_end > job_.budget.seconds / 2) return true;
 
   if (job_.budget.error > 0 && std::isfinite(error_)) {
-    const std::vector<double> weights = CombinationWeights(films_, method_->combination());
-    const double needed = static_cast<double>(CombinedPasses(films_, weights)) * error_ / job_.budget.error;
+    const uint64_t combined = Combine(films_, method_->combination()).passes;
+    const double needed = static_cast<double>(combined) * error_ / job_.budget.error;
     if (needed < static_cast<double>(two_doublings)) return true;
   }
   if (method_->combination().kind == Method::Combination::Kind::kAutomatic && iteration_ >= kMinIterationForAutomatic &&
@@ -265,13 +265,12 @@ void Loop::BeginIteration() {
 // ---- Results ----
 
 Image Loop::Develop() const {
-  return Combine(films_, CombinationWeights(films_, method_->combination()));
+  return Combine(films_, method_->combination()).image;
 }
 
 void Loop::Measure(const Image* reference) {
-  const std::vector<double> weights = CombinationWeights(films_, method_->combination());
-  Image image = Combine(films_, weights);
-  error_ = CombinedPasses(films_, weights) >= 2 ? EstimateError(image).relmse_trimmed : kUnknown;
+  auto [weights, image, passes] = Combine(films_, method_->combination());
+  error_ = passes >= 2 ? EstimateError(image).relmse_trimmed : kUnknown;
   ErrorPoint point;
   point.seconds = seconds_;
   point.spp = passes_;

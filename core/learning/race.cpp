@@ -68,7 +68,12 @@ Yardstick::Yardstick(const Image& image) : pixels_(EstimatePixels(image)) {
       blocks_[blocks.At(x, y)] += Luminance(image.pixels[size_t{y} * image.width + x]);
   }
   const std::vector<double> pixels = blocks.Pixels();
-  for (size_t block = 0; block < blocks_.size(); ++block) blocks_[block] /= pixels[block];
+  double mean = 0;
+  for (size_t block = 0; block < blocks_.size(); ++block) {
+    mean += blocks_[block] / static_cast<double>(image.size());
+    blocks_[block] /= pixels[block];
+  }
+  epsilon_ = mean > 0 ? kRelMseEpsilon * mean * mean : kRelMseEpsilon;
 }
 
 PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, const Yardstick& yardstick) {
@@ -88,7 +93,7 @@ PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, cons
     for (uint32_t x = 0; x < image.width; ++x) {
       const double expected = yardstick.pixels().At(x, y);
       const size_t i = size_t{y} * image.width + x;
-      values[i] = image.variance[i] * passes / (expected * expected + kRelMseEpsilon);
+      values[i] = image.variance[i] * passes / (expected * expected + yardstick.epsilon());
     }
   }
   const double most = LargestKept(values, kLeftOut);
@@ -110,7 +115,7 @@ PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, cons
     // 3. The light that is missing.
     const double expected = yardstick.blocks()[block];
     const double missing = std::max(0.0, expected - light[block] / pixels[block]);
-    const double implied = missing * missing / (expected * expected + kRelMseEpsilon) * pixels[block] * passes;
+    const double implied = missing * missing / (expected * expected + yardstick.epsilon()) * pixels[block] * passes;
     if (implied > 25 * variance) variance = implied;
   }
   return result;

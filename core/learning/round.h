@@ -29,6 +29,7 @@ struct TreeNode {
   // outside is used.
   bool ValidIn(uint32_t unit_count) const;
   bool Covers(TreeNode other) const { return other.level <= level && (other.index >> (level - other.level)) == index; }
+  bool Overlaps(TreeNode other) const { return Covers(other) || other.Covers(*this); }
   TreeNode Parent() const { return {level + 1, index >> 1}; }
   TreeNode Child(int which) const { return {level - 1, index * 2 + static_cast<uint32_t>(which)}; }
   static TreeNode Root(uint32_t unit_count);  // the smallest node that covers every unit

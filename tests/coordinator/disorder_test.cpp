@@ -60,15 +60,10 @@ class UnrulyWorker {
     if (r.node.level > 0 && random_() % 3 == 0) nodes = {r.node.Child(1), r.node.Child(0)};
     for (const TreeNode node : nodes) {
       if (!node.ValidIn(r.round.unit_count)) continue;
-      ContributionHeader& header = gathered_.header;
-      const bool fits = header.round == r.round && header.state == r.state && header.job == unit.job &&
-                        std::ranges::none_of(header.nodes, [&](TreeNode other) {
-                          return other.Covers(node) || node.Covers(other);  // leased again
-                        });
-      if (!fits || random_() % 4 == 0) Gather();
-      if (header.nodes.empty()) header = {id_, {}, unit.job, r.round, {}, r.state, 0, 0.001};
-      header.leases.push_back(unit.id);
-      header.nodes.push_back(node);
+      LeasedUnit part = unit;
+      part.render->node = node;
+      if (!gathered_.header.Takes(part) || random_() % 4 == 0) Gather();
+      gathered_.header.Add(part);
       executor_.ExecuteNode(states_[r.state.hex], r.round, node, StopToken(), &gathered_.contribution);
     }
   }
@@ -76,7 +71,8 @@ class UnrulyWorker {
   void Gather() {
     auto [header, contribution] = std::exchange(gathered_, {});
     if (header.nodes.empty()) return;
-    std::ranges::sort(header.nodes, {}, &TreeNode::first);
+    header.worker = id_;
+    header.seconds = 0.001;
     most_nodes = std::max(most_nodes, header.nodes.size());
     held_.push_back({header, SerializeContribution(contribution)});
   }

@@ -27,21 +27,21 @@ TEST(Combination, DiscardTakesTheLongestAlone) {
   std::vector<IterationFilm> films;
   films.push_back(FilmOf(4, 16, 1));
   films.push_back(FilmOf(5, 8, 1));
-  EXPECT_EQ(CombinationWeights(films, kDiscard), (std::vector<double>{1, 0}));  // the new one has just begun
+  EXPECT_EQ(Combine(films, kDiscard).weights, (std::vector<double>{1, 0}));  // the new one has just begun
   films[1] = FilmOf(5, 16, 1);
-  EXPECT_EQ(CombinationWeights(films, kDiscard), (std::vector<double>{0, 1}));
-  EXPECT_EQ(CombinationWeights(films, {Kind::kAutomatic, 4}), (std::vector<double>{0, 1}));
-  EXPECT_EQ(CombinedPasses(films, CombinationWeights(films, kDiscard)), 16u);
+  EXPECT_EQ(Combine(films, kDiscard).weights, (std::vector<double>{0, 1}));
+  EXPECT_EQ(Combine(films, {Kind::kAutomatic, 4}).weights, (std::vector<double>{0, 1}));
+  EXPECT_EQ(Combine(films, kDiscard).passes, 16u);
 }
 
 TEST(Combination, WeightsAreInverseVariances) {
   std::vector<IterationFilm> films;
   films.push_back(FilmOf(0, 8, 2));   // variance of the mean 4/7
   films.push_back(FilmOf(1, 16, 1));  // 1/15
-  const std::vector<double> w = CombinationWeights(films, kInverse);
+  const auto [w, image, passes] = Combine(films, kInverse);
   EXPECT_NEAR(w[1] / w[0], (4.0 / 7) * 15, 1e-4);
   EXPECT_NEAR(w[0] + w[1], 1, 1e-12);
-  const Image image = Combine(films, w);
+  EXPECT_EQ(passes, 24u);
   EXPECT_NEAR(image.pixels[3].g, 1, 1e-6);
   EXPECT_NEAR(image.variance[3], w[0] * w[0] * 4 / 7 + w[1] * w[1] / 15, 1e-6);
   EXPECT_LT(image.variance[3], 1.0 / 15);  // better than the better of the two
@@ -62,14 +62,14 @@ TEST(Combination, NoiseInTheDarkCountsMore) {
     films.back().film.Add(grid, tile);
     films.back().film.AddPasses(8);
   }
-  const std::vector<double> w = CombinationWeights(films, kInverse);
+  const std::vector<double> w = Combine(films, kInverse).weights;
   EXPECT_GT(w[0], 2 * w[1]);  // by the absolute variance they would count alike
 }
 
 TEST(Combination, OnlyTheLastFourCount) {
   std::vector<IterationFilm> films;
   for (uint32_t i = 0; i < 6; ++i) films.push_back(FilmOf(i, 8, 1));
-  EXPECT_EQ(CombinationWeights(films, kInverse), (std::vector<double>{0, 0, 0.25, 0.25, 0.25, 0.25}));
+  EXPECT_EQ(Combine(films, kInverse).weights, (std::vector<double>{0, 0, 0.25, 0.25, 0.25, 0.25}));
   EXPECT_EQ(FilmsToKeep(kInverse), 3u);
   EXPECT_EQ(FilmsToKeep(kDiscard), 1u);
 }
@@ -78,7 +78,7 @@ TEST(Combination, ZeroVarianceDoesNotOwnTheImage) {
   std::vector<IterationFilm> films;
   films.push_back(FilmOf(0, 2, 0, 0));  // two black passes by chance
   films.push_back(FilmOf(1, 30, 1));
-  const std::vector<double> w = CombinationWeights(films, kInverse);
+  const std::vector<double> w = Combine(films, kInverse).weights;
   EXPECT_NEAR(w[0], 2.0 / 32, 1e-9);  // as good per pass as the other, not infinitely good
 }
 
@@ -97,37 +97,83 @@ TEST(Combination, OutliersThatHoldTheLightCount) {
     films[1].film.Add(grid, tile);
   }
   for (IterationFilm& film : films) film.film.AddPasses(10);
-  EXPECT_LT(CombinationWeights(films, kInverse)[0], 0.1);
+  EXPECT_LT(Combine(films, kInverse).weights[0], 0.1);
 }
 
 TEST(Combination, ABlackSceneIsWeightedByPasses) {
   std::vector<IterationFilm> films;
   films.push_back(FilmOf(0, 4, 0, 0));
   films.push_back(FilmOf(1, 12, 0, 0));
-  EXPECT_EQ(CombinationWeights(films, kInverse), (std::vector<double>{0.25, 0.75}));
-  const Image image = Combine(films, CombinationWeights(films, kInverse));
+  EXPECT_EQ(Combine(films, kInverse).weights, (std::vector<double>{0.25, 0.75}));
+  const Image image = Combine(films, kInverse).image;
   EXPECT_EQ(image.pixels[0], Rgb(0));
   EXPECT_EQ(image.variance[0], 0);
 }
 
-TEST(Combination, OnePassTellsNoVariance) {
+// `passes` of independent samples, uniform in 1 +- spread, times `scale`.
+IterationFilm NoisyFilm(uint32_t iteration, uint32_t passes, float spread, float scale = 1) {
+  const TileGrid grid(64, 64);
+  IterationFilm result{iteration, Film(grid)};
+  for (uint32_t unit = 0; unit < grid.tile_count(); ++unit) {
+    FilmTile tile{unit, std::vector<PixelSum>(grid.Rect(unit).pixels())};
+    Sampler sampler(iteration, unit, 0, 0);
+    sampler.StartAt(Sampler::kSobolPairs);  // independent from there on
+    for (PixelSum& pixel : tile.pixels) {
+      for (uint32_t i = 0; i < passes; ++i) pixel.Add(Rgb(scale * (1 + spread * (2 * sampler.Next2D().x - 1))));
+    }
+    result.film.Add(grid, tile);
+  }
+  result.film.AddPasses(passes);
+  return result;
+}
+
+TEST(Combination, OnePassIsMeasuredAgainstTheOthers) {
   std::vector<IterationFilm> films;
-  films.push_back(FilmOf(0, 1, 0));
-  EXPECT_EQ(CombinationWeights(films, kInverse), (std::vector<double>{1}));
-  films.push_back(FilmOf(1, 1, 0));
-  EXPECT_EQ(CombinationWeights(films, kInverse), (std::vector<double>{0.5, 0.5}));
-  films.push_back(FilmOf(2, 4, 1));
-  EXPECT_EQ(CombinationWeights(films, kInverse), (std::vector<double>{0, 0, 1}));
+  films.push_back(NoisyFilm(0, 1, 0.5f));
+  EXPECT_EQ(Combine(films, kInverse).weights, (std::vector<double>{1}));
+  EXPECT_EQ(Combine(films, kInverse).image.variance[0], 0);  // nothing to measure it against
+  films.push_back(NoisyFilm(1, 1, 0.5f));
+  EXPECT_NEAR(Combine(films, kInverse).weights[0], 0.5, 1e-6);  // what lies between them is all that is known of both
+  films.push_back(NoisyFilm(2, 16, 0.5f));
+  EXPECT_NEAR(Combine(films, kInverse).weights[0], 1.0 / 18, 0.1 / 18);
+
+  // Three times the spread: nine times the variance, less what the others' passes take from it, a part in 17.
+  films[0] = NoisyFilm(0, 1, 1.5f);
+  films[1] = NoisyFilm(1, 16, 0.5f);
+  films.pop_back();
+  const auto [weights, image, passes] = Combine(films, kInverse);
+  EXPECT_NEAR(weights[1] / weights[0], 16 * (9 * 16 + 1) / 17.0, 0.1 * 16 * 9);
+  EXPECT_EQ(passes, 17u);
+  // The image's own variance, which reports go by, counts the single pass's too.
+  double estimated = 0, actual = 0;
+  for (size_t i = 0; i < image.size(); ++i) {
+    estimated += image.variance[i] / static_cast<double>(image.size());
+    actual += std::pow(Luminance(image.pixels[i]) - 1, 2) / static_cast<double>(image.size());
+  }
+  EXPECT_NEAR(estimated / actual, 1, 0.1);
+}
+
+TEST(Combination, TheUnitOfLightDoesNotMatter) {
+  const auto weights = [](float scale) {
+    std::vector<IterationFilm> films;
+    films.push_back(NoisyFilm(0, 1, 1.5f, scale));
+    films.push_back(NoisyFilm(1, 4, 1.0f, scale));
+    films.push_back(NoisyFilm(2, 8, 0.5f, scale));
+    return Combine(films, kInverse).weights;
+  };
+  for (const float scale : {1e-6f, 1e6f}) {
+    for (size_t i = 0; i < 3; ++i) EXPECT_NEAR(weights(scale)[i], weights(1)[i], 1e-4) << scale;
+  }
 }
 
 TEST(Combination, NothingRenderedIsBlack) {
   std::vector<IterationFilm> films;
   films.push_back({0, Film(TileGrid(4, 4))});
   for (const auto& combination : {kInverse, kDiscard}) {
-    const std::vector<double> w = CombinationWeights(films, combination);
+    const auto [w, image, passes] = Combine(films, combination);
     EXPECT_EQ(w, (std::vector<double>{0}));
-    EXPECT_EQ(Combine(films, w).pixels[0], Rgb(0));
-    EXPECT_EQ(CombinedPasses(films, w), 0u);
+    EXPECT_EQ(image.pixels[0], Rgb(0));
+    EXPECT_EQ(passes, 0u);
   }
 }
 

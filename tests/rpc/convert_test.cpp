@@ -140,6 +140,45 @@ TEST(Convert, ContributionHeadersSurviveOrAreRefused) {
   EXPECT_EQ(FromProto(m).seconds, 0) << "speed is only a hint";
 }
 
+TEST(ContributionHeader, TakesEachUnitOfOneRoundOnce) {
+  LeasedUnit unit;
+  unit.id = {1};
+  unit.job = {"job-1"};
+  unit.render = RenderUnit{{2, 0, 0, 4, 24, true}, {2, 1}, kHash, {}};
+  const auto at = [&](TreeNode node) {
+    LeasedUnit other = unit;
+    ++other.id.value;
+    other.render->node = node;
+    return other;
+  };
+  ContributionHeader header;
+  EXPECT_TRUE(header.Takes(unit));
+  header.Add(unit);
+  EXPECT_FALSE(header.Takes(unit));        // leased again
+  EXPECT_FALSE(header.Takes(at({0, 6})));  // as a part of another lease
+  EXPECT_FALSE(header.Takes(at({3, 0})));  // within a larger one
+  EXPECT_TRUE(header.Takes(at({0, 8})));
+  EXPECT_TRUE(header.Takes(at({2, 0})));
+  header.Add(at({0, 8}));
+  header.Add(at({2, 0}));
+  EXPECT_EQ(header.nodes, (std::vector<TreeNode>{{2, 0}, {2, 1}, {0, 8}}));
+  EXPECT_EQ(header.leases, (std::vector<LeaseId>{{1}, {2}, {2}}));
+  EXPECT_EQ(header.round, unit.render->round);
+
+  LeasedUnit other = at({0, 20});
+  EXPECT_TRUE(header.Takes(other));
+  other.job = {"job-2"};
+  EXPECT_FALSE(header.Takes(other));
+  other = at({0, 20});
+  other.render->round.index = 1;
+  EXPECT_FALSE(header.Takes(other));
+  other = at({0, 20});
+  other.render->state = Sha256("another");
+  EXPECT_FALSE(header.Takes(other));
+  other.render.reset();
+  EXPECT_FALSE(header.Takes(other));
+}
+
 TEST(Convert, StatusesSurvive) {
   JobStatus s;
   s.id = {"job-9"};
