@@ -105,8 +105,8 @@ void LookupSample(benchmark::State& state) {
 }
 BENCHMARK(LookupSample);
 
-// What a path vertex asks: the leaf, a sample with its density, and the density of the BSDF's direction. The next
-// position waits for this one's direction, as in a path.
+// What a path vertex asks: the leaf, a sample with its density, and the density of the BSDF's direction. Queries are
+// independent, so what one waits for memory another may use: throughput, as of OpenPGL's own benchmark, not latency.
 void LookupSamplePdf(benchmark::State& state) {
   const auto tree = DefaultTree();
   const auto& queries = Queries();

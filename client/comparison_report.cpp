@@ -108,6 +108,7 @@ std::string MarkdownReport(const Json& document) {
     if (!run["map"].get<std::string>().empty())
       text += " ![relative luminance error](" + run["map"].get<std::string>() + ")";
     text += "\n\n";
+    if (run.contains("choice")) text += "Chose " + run["choice"].get<std::string>() + ".\n\n";
   }
   return text;
 }
@@ -144,6 +145,7 @@ std::string HtmlReport(const Json& document) {
       text += "<figure><img src=\"" + Escape(map) +
               "\" alt=\"error map\"><figcaption>relative luminance error, -1 (blue) to 1 (red)</figcaption></figure>\n";
     }
+    if (run.contains("choice")) text += "<p>Chose " + Escape(run["choice"]) + ".</p>\n";
   }
   return text + "</html>\n";
 }

@@ -198,6 +198,7 @@ void Print(const nlohmann::json& json, const std::string& table) {
             << "scene                 " << json["scene_hash"].get<std::string>().substr(0, 16) << "..."
             << (json["scene_checked"].get<bool>() ? ", as given" : ", not checked: no scene was given") << "\n"
             << table;
+  if (!json["choice"].is_null()) std::cout << "chose                 " << json["choice"].get<std::string>() << "\n";
   if (json.contains("point")) std::cout << "point                 " << PointText(json["point"]) << "\n";
   if (!json["note"].is_null()) std::cout << "note                  " << json["note"].get<std::string>() << "\n";
   for (const auto& picture : json["pictures"])
@@ -213,7 +214,9 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
   view.bounds = file.survey.bounds;
   if (!arguments.scene.empty()) view.scene = CompileSceneOf(file, arguments);
   const std::unique_ptr<Method> job_method = MakeMethod(file.job, file.survey);
-  const auto [method, state] = job_method->ActiveUnder(job_method->ParseState(file.state));
+  const std::shared_ptr<const State> job_state = job_method->ParseState(file.state);
+  const auto [method, state] = job_method->ActiveUnder(job_state);
+  const std::string choice = job_method->Explain(*job_state);
   view.label = file.job.method;
   if (method != job_method.get()) view.label += " (" + std::string(method->name()) + ")";
   const auto* sd_tree = dynamic_cast<const SdTreeState*>(state.get());
@@ -222,7 +225,8 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
   if (sd_tree == nullptr && focal == nullptr && grid == nullptr)
     throw Error(ErrorKind::kUnsupported,
                 arguments.guide + " holds nothing to show: method '" + view.label +
-                    "' learns nothing; render with --method sdtree to see what it would learn");
+                    "' learns nothing; render with --method sdtree to see what it would learn" +
+                    (choice.empty() ? "" : ". Chose " + choice));
 
   // 2. What to look at.
   view.point = PointOf(arguments, file, view.scene.get());
@@ -241,6 +245,7 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
                          {"training_iterations", file.iterations},
                          {"scene_hash", file.survey.scene_hash},
                          {"scene_checked", view.scene != nullptr},
+                         {"choice", choice.empty() ? nlohmann::json() : nlohmann::json(choice)},
                          {"note", nullptr},
                          {"pictures", nlohmann::json::array()}};
   json["state"] = sd_tree ? DescribeSdTree(sd_tree->tree())

@@ -26,6 +26,7 @@ class ObservedMethod final : public Method {
     return method_->IterationPasses(state, iteration);
   }
   Active ActiveUnder(const std::shared_ptr<const State>& state) const override { return method_->ActiveUnder(state); }
+  std::map<std::string, std::string> DecidedOptions() const override { return method_->DecidedOptions(); }
   bool Decided(const State& state) const override { return method_->Decided(state); }
   std::string Explain(const State& state) const override { return method_->Explain(state); }
   Combination combination() const override { return method_->combination(); }

@@ -206,6 +206,10 @@ void Farm::End(Job& job, const Loop* loop, std::string failure) {
     failure = "its loop ended early, which is a bug of the coordinator";
   const JobPhase phase = !failure.empty() ? JobPhase::kFailed : finished ? JobPhase::kDone : JobPhase::kCancelled;
   if (!goes_on && loop && loop->passes() > 0) {
+    if (const std::string choice = loop->Report().choice; !choice.empty()) {
+      std::lock_guard lock(mutex_);
+      job.Log("chose " + choice);
+    }
     try {
       StoreResult(job, *loop, phase, failure);
     } catch (const std::exception& error) {

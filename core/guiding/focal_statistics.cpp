@@ -51,7 +51,8 @@ void FocalStatistics::Record(const FocalRecord& r) {
   if (r.value == 0) return;
   float value = std::min(r.value * field_->radiance_scale(), 3e38f);
   const FocalOptions& options = field_->options();
-  if (options.learn_fraction) {
+  // Beside a uniform field the BSDF always looks better; what is learned then would be wrong for the field that comes.
+  if (options.learn_fraction && field_->HasLearned()) {
     const float product = std::min(value * r.pdf, 3e38f);
     fractions_[field_->CellAt(r.position)].Add(SdTreeOptions::BsdfFractionLoss::kKl, product, r.pdf, r.bsdf_pdf,
                                                r.guide_pdf);

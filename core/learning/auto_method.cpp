@@ -1,7 +1,10 @@
 #include "core/learning/auto_method.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <map>
+#include <type_traits>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
@@ -18,10 +21,22 @@ namespace {
 constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 2;
 constexpr const char* kWhat = "state of method 'auto'";
 
+// As much as a learner's film may be better than the one before.
+constexpr double kMostGrowth = 1.5;
+
 // What can race, in the order of the pilots: of equals the first wins, which is the simplest.
+template <class M>
+std::unique_ptr<Method> Make(const JobSpec& job, const Survey& survey) {
+  if constexpr (std::is_constructible_v<M, const JobSpec&, const Survey&>) {
+    return std::make_unique<M>(job, survey);
+  } else {
+    return std::make_unique<M>(job);
+  }
+}
 struct Racer {
   const char* name;
   std::unique_ptr<Method> (*make)(const JobSpec&, const Survey&);
+  std::map<std::string, std::string> options;  // other than its defaults
   // What shading a vertex costs beside its rays, in rays (docs/decisions/0013-auto.md).
   double vertex_work;
   // Its pilot, in iterations and in paths: as long as learning needs, whatever the size of the picture. Paths are
@@ -29,34 +44,18 @@ struct Racer {
   uint32_t pilot_iterations, pilot_paths;
   double worth_above;
 };
-constexpr Racer kRacers[] = {
-    {"path",
-     [](const JobSpec& job, const Survey&) -> std::unique_ptr<Method> { return std::make_unique<PathMethod>(job); },
-     1.6, 1, 1, 0},
-    {"sdtree",
-     [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
-       return std::make_unique<SdTreeMethod>(job, survey);
-     },
-     2.5, 2, 3, 0},
-    {"product",
-     [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
-       JobSpec with_product = job;
-       with_product.options["product"] = "on";
-       return std::make_unique<SdTreeMethod>(with_product, survey);
-     },
-     4.4, 2, 3, 0},
-    {"grid",
-     [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
-       return std::make_unique<GridMethod>(job, survey);
-     },
-     2.4, 2, 3, 0},
-    // Pays where hardly a sample in a thousand meets the light (docs/decisions/0010-focal-guiding.md).
-    {"focal",
-     [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
-       return std::make_unique<FocalMethod>(job, survey);
-     },
-     3.4, 6, 3, 1000},
-};
+const std::vector<Racer>& Racers() {
+  static const std::vector<Racer> kRacers = {
+      {"path", Make<PathMethod>, {}, 1.6, 1, 1, 0},
+      {"sdtree", Make<SdTreeMethod>, {}, 2.5, 2, 3, 0},
+      {"product", Make<SdTreeMethod>, {{"product", "on"}}, 4.4, 2, 3, 0},
+      {"grid", Make<GridMethod>, {}, 2.4, 2, 3, 0},
+      // Pays where hardly a sample in a thousand meets the light, with the settings for pinholes
+      // (docs/decisions/0010-focal-guiding.md). It shows nothing before it has narrowed for some iterations.
+      {"focal", Make<FocalMethod>, {{"initial-iterations", "5"}, {"narrowing-iterations", "10"}}, 3.4, 10, 3, 1000},
+  };
+  return kRacers;
+}
 
 const AutoState::Parts& PartsOf(const State& state) {
   const auto* cast = dynamic_cast<const AutoState*>(&state);
@@ -112,7 +111,6 @@ AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
   const MethodOptions given(entry.name, entry.options, job.options);
   // What a candidate does may not depend on the kind of budget: a run by time is replayed by passes.
   JobSpec own = job;
-  own.options.clear();
   own.budget = {};
   const auto paths = static_cast<uint64_t>(given.Integer("pilot", 1000, 1000000000));
   std::vector<std::string> names;
@@ -120,15 +118,22 @@ AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
   for (size_t begin = 0, end; (end = text.find(',', begin + 1)) != std::string::npos; begin = end)
     names.push_back(text.substr(begin + 1, end - begin - 1));
   const uint64_t pixels = std::max<uint64_t>(1, uint64_t{survey.resolution_x} * survey.resolution_y);
-  for (const Racer& racer : kRacers) {
+  size_t named = 0;
+  for (const Racer& racer : Racers()) {
     const auto count = std::count(names.begin(), names.end(), racer.name);
     if (count > 1) given.Refuse("candidates");
     if (count == 0) continue;
+    ++named;
+    if (!survey.guidable && !candidates_.empty()) {
+      not_needed_.emplace_back(racer.name);
+      continue;
+    }
+    own.options = racer.options;
     const uint64_t passes = std::max<uint64_t>(2, (racer.pilot_paths * paths + pixels - 1) / pixels);
     candidates_.push_back(
         {racer.name, racer.make(own, survey), racer.vertex_work, racer.pilot_iterations, passes, racer.worth_above});
   }
-  if (candidates_.size() != names.size()) given.Refuse("candidates");
+  if (named != names.size()) given.Refuse("candidates");
 }
 
 // ---- The states of the candidates ----
@@ -187,7 +192,7 @@ uint64_t AutoMethod::IterationPasses(const State& state, uint32_t iteration) con
 uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& result) const {
   const auto count = static_cast<uint32_t>(candidates_.size());
   uint32_t c = parts.active;
-  if (PilotPasses(parts, c) > 0) return c;
+  if (PilotPasses(parts, c) > 0 && !Hopeless(parts, result)) return c;
   // How well the simplest finds the light: by the first film that tells it.
   const auto first = std::ranges::find_if(result.films, [](const IterationFilm& f) { return f.film.passes() >= 2; });
   const double variance = first != result.films.end() ? RelativeVariance(first->film) : 0;
@@ -244,9 +249,31 @@ std::vector<PilotResult> AutoMethod::Measure(const IterationResult& result, cons
   return results;
 }
 
+bool AutoMethod::Hopeless(const Parts& parts, const IterationResult& result) const {
+  if (result.passes < 2 || parts.active == 0) return false;  // nothing is measured, or there is no other yet
+  const std::vector<PilotResult> results = Measure(result, parts);
+  const PilotResult* own = LastOf(results, parts.active);
+  // Iterations that its pilot would still have.
+  const Candidate& candidate = candidates_[parts.active];
+  const AutoState::Entrant& entrant = parts.entrants[parts.active];
+  uint32_t left = 0;
+  for (uint64_t passes = entrant.passes;
+       passes < candidate.pilot_passes || entrant.iterations + left < candidate.pilot_iterations; ++left) {
+    const uint64_t own = OwnPasses(parts, parts.active, left);
+    if (own == 0) break;
+    passes += own;
+  }
+  // And one more, of probation.
+  const double growth = std::pow(kMostGrowth, left + 1);
+  for (uint32_t c = 0; c < parts.active; ++c) {
+    const PilotResult* other = LastOf(results, c);
+    if (other != nullptr && CompareEfficiency(*own, *other).high * growth < 1) return true;
+  }
+  return false;
+}
+
 double AutoMethod::Promise(const Parts& parts, uint32_t candidate) const {
   // As much as its last was better than the one before, within reason.
-  constexpr double kMostGrowth = 1.5;
   const PilotResult *last = nullptr, *before = nullptr;
   for (const PilotResult& result : parts.results) {
     if (result.candidate != candidate) continue;
@@ -291,8 +318,11 @@ void AutoMethod::Decide(Parts* parts) const {
 std::string AutoMethod::Explain(const State& state) const {
   const Parts& parts = PartsOf(state);
   const std::string chosen = candidates_[parts.active].name;
-  if (parts.results.empty()) return chosen + ": the budget ended before anything could be measured";
   std::string text = chosen;
+  for (const std::string& name : not_needed_)
+    text += "; " + name + " left out: the scene has no light, or no surface that scatters into more than one direction";
+  if (candidates_.size() == 1) return text;
+  if (parts.results.empty()) return text + ": the budget ended before anything could be measured";
   const PilotResult* own = LastOf(parts.results, parts.active);
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
     if (c == parts.active) continue;

@@ -81,6 +81,8 @@ class AutoMethod final : public Method {
   // The candidate whose pilot comes next; the number of candidates where there is none.
   uint32_t NextInPilot(const Parts& parts, const IterationResult& result) const;
   std::vector<PilotResult> Measure(const IterationResult& result, const Parts& parts) const;
+  // Whether the active candidate, in its pilot, is so far behind another that it will not be ahead at its end.
+  bool Hopeless(const Parts& parts, const IterationResult& result) const;
   // How much better the candidate's next film may be than its last.
   double Promise(const Parts& parts, uint32_t candidate) const;
   // Sets active, settled and the states that are left.
@@ -88,6 +90,7 @@ class AutoMethod final : public Method {
   uint32_t Winner(const Parts& parts) const;
 
   std::vector<Candidate> candidates_;
+  std::vector<std::string> not_needed_;  // candidates that the scene has nothing for
 };
 
 }  // namespace lodestar

@@ -31,8 +31,8 @@ struct JobSpec {
   uint32_t resolution_x = 0, resolution_y = 0;  // 0: the scene's
   std::string filter;  // "", or box | triangle | gaussian | mitchell with the scene's or the default radius
   int max_depth = 0;   // 0: the scene's
-  // A run by time or error reports the passes and the training iterations it ended with; a job with these as
-  // `budget.spp` and `training_iterations` gives the same bits.
+  // A run by time or error reports the options its method decided on, the passes and the training iterations it ended
+  // with; a job with these, the passes as `budget.spp`, gives the same bits.
   int training_iterations = -1;  // -1: decided by the method at iteration ends
   bool lenient = false;          // leave out (and list) what the scene has and is not supported, instead of refusing it
 
@@ -51,6 +51,7 @@ struct Survey {
   uint64_t scene_spp = 16;          // the file's own samples per pixel
   std::string scene_hash;           // hex
   std::string needs;                // readable
+  bool guidable = true;             // there is light, and surfaces that scatter it into more than single directions
   std::vector<float> light_groups;  // probability of picking each by power; at most kMaxLightGroups, all positive
   static constexpr size_t kMaxLightGroups = 32;
   // Of a lenient job: "file:line:column: what", as seen from the scene's folder. It travels with every lease, so a long

@@ -60,6 +60,7 @@ Loop::Loop(const JobSpec& job, const Survey& survey, const MethodFactory& make_m
     : job_(job), survey_(survey), grid_(CheckedGrid(survey)) {
   job_.budget.Check();
   method_ = make_method(job_, survey_);
+  for (auto& [name, value] : method_->DecidedOptions()) job_.options[name] = value;
   state_ = method_->Initial();
   final_iteration_ = EndsTraining(0) || method_->Decided(*state_);
   error_ = kUnknown;

@@ -4,6 +4,7 @@
 #include "core/learning/auto_method.h"
 #include "core/learning/focal_guiding.h"
 #include "core/learning/grid_guiding.h"
+#include "core/learning/mixed_guiding.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
 
@@ -31,6 +32,10 @@ const std::vector<Registered>& Registry() {
       {GridMethod::Entry(),
        [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
          return std::make_unique<GridMethod>(job, survey);
+       }},
+      {MixedMethod::Entry(),
+       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
+         return std::make_unique<MixedMethod>(job, survey);
        }},
       {AutoMethod::Entry(),
        [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {

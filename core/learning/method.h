@@ -3,6 +3,7 @@
 // one job.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -90,6 +91,10 @@ class Method {
     std::shared_ptr<const State> state;
   };
   virtual Active ActiveUnder(const std::shared_ptr<const State>& state) const { return {this, state}; }
+
+  // Options that were left to the method and that it derived from the budget: as it decided, for a replay of the job by
+  // passes, which has another budget.
+  virtual std::map<std::string, std::string> DecidedOptions() const { return {}; }
 
   // True where a state has nothing more to learn: the iteration under it is the last.
   virtual bool Decided(const State& state) const { return false; }

@@ -27,6 +27,8 @@ struct SceneNeeds {
        transmission = false;
   bool area_lights = false, delta_lights = false, interfaces = false, mix = false, instances = false, quadrics = false,
        lens = false;
+  // Whether there is anything that guiding could learn.
+  bool Guidable() const { return smooth_lobes && (area_lights || delta_lights || environment); }
   std::string ToString() const;
 };
 

@@ -11,6 +11,7 @@
 #include "core/learning/path_tracing.h"
 #include "core/tracing/focal_guide.h"
 #include "core/tracing/grid_guide.h"
+#include "core/tracing/mixed_guide.h"
 #include "core/tracing/path_kernel.h"
 #include "core/tracing/path_tracer.h"
 #include "core/tracing/sd_tree_guide.h"
@@ -123,6 +124,13 @@ SharesAt SharesOf(const Scene& scene, const Method& job_method, const std::share
     const bool next_event = UsesNee(guided->options().nee, sd_tree->tree().iteration()) && scene.has_lights();
     if (guided->options().product) return SharesFrom(SdTreeGuide<true>(sd_tree, guided->options().learn), next_event);
     return SharesFrom(SdTreeGuide<false>(sd_tree, guided->options().learn), next_event);
+  }
+  if (const auto* mixed = dynamic_cast<const MixedMethod*>(&method)) {
+    auto both = std::dynamic_pointer_cast<const MixedState>(state);
+    LODESTAR_CHECK(both);
+    const SdTreeMethod::Options& options = mixed->tree().options();
+    return SharesFrom(MixedGuide(both, options.learn),
+                      UsesNee(options.nee, both->tree()->tree().iteration()) && scene.has_lights());
   }
   if (const auto* focal = dynamic_cast<const FocalMethod*>(&method)) {
     auto field = std::dynamic_pointer_cast<const FocalState>(state);

@@ -66,6 +66,9 @@ class SdTreeGuide {
     if constexpr (kProduct) return local.product->Pdf(wi);
     return tree_.Pdf(local.leaf, wi);
   }
+  // As the kernel sees them at a vertex of this leaf: 1 and 0 where nothing is learned yet.
+  float BsdfFraction(uint32_t leaf) const { return tree_.HasLearned(leaf) ? tree_.leaf(leaf).bsdf_fraction : 1; }
+  float TreePdf(uint32_t leaf, Vec3 wi) const { return tree_.HasLearned(leaf) ? tree_.Pdf(leaf, wi) : 0; }
   float Fluence(const Local& local) const { return tree_.leaf(local.leaf).mean_flux; }
   float Radiance(const Local& local, Vec3 wi, float guide_pdf) const {
     constexpr float kDefensive = 0.1f;  // of uniform density, which bounds what a wrong tree can cost

@@ -5,10 +5,12 @@
 
 #include "core/learning/focal_guiding.h"
 #include "core/learning/grid_guiding.h"
+#include "core/learning/mixed_guiding.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
 #include "core/tracing/focal_guide.h"
 #include "core/tracing/grid_guide.h"
+#include "core/tracing/mixed_guide.h"
 #include "core/tracing/path_tracer.h"
 #include "core/tracing/sd_tree_guide.h"
 
@@ -17,6 +19,7 @@ namespace lodestar {
 extern template class PathTracer<NoGuide>;
 extern template class PathTracer<FocalGuide>;
 extern template class PathTracer<GridGuide>;
+extern template class PathTracer<MixedGuide>;
 extern template class PathTracer<SdTreeGuide<false>>;
 extern template class PathTracer<SdTreeGuide<true>>;
 
@@ -35,6 +38,7 @@ CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job) 
   compiled.survey.scene_spp = static_cast<uint64_t>(std::max(1, description.samples_per_pixel));
   compiled.survey.scene_hash = compiled.scene->hash().hex;
   compiled.survey.needs = compiled.scene->needs().ToString();
+  compiled.survey.guidable = compiled.scene->needs().Guidable();
   compiled.survey.light_groups = compiled.scene->light_groups();
   compiled.survey.SetLeftOut(description.left_out);
   return compiled;
@@ -50,19 +54,30 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
     settings.next_event = path->options().nee == NeeMode::kAlways && scene->has_lights();
     return std::make_unique<PathTracer<NoGuide>>(std::move(scene), job.seed, settings, NoGuide{});
   }
+  // What an SD-tree decides on.
+  const auto set = [&](const SdTreeMethod::Options& options, const SdTree& tree) {
+    const size_t groups = tree.lights_by_power().size();
+    LODESTAR_CHECK(groups == 0 || groups == scene->light_groups().size());
+    settings.roulette = options.roulette;
+    settings.next_event = UsesNee(options.nee, tree.iteration()) && scene->has_lights();
+  };
   if (const auto* guided = dynamic_cast<const SdTreeMethod*>(&method)) {
     auto tree_state = std::dynamic_pointer_cast<const SdTreeState>(std::move(state));
     LODESTAR_CHECK(tree_state);
-    const size_t groups = tree_state->tree().lights_by_power().size();
-    LODESTAR_CHECK(groups == 0 || groups == scene->light_groups().size());
-    settings.roulette = guided->options().roulette;
-    settings.next_event = UsesNee(guided->options().nee, tree_state->tree().iteration()) && scene->has_lights();
+    set(guided->options(), tree_state->tree());
     const auto make = [&]<bool kProduct>(std::bool_constant<kProduct>) -> std::unique_ptr<Tracer> {
       using Guide = SdTreeGuide<kProduct>;
       return std::make_unique<PathTracer<Guide>>(std::move(scene), job.seed, settings,
                                                  Guide(std::move(tree_state), guided->options().learn));
     };
     return guided->options().product ? make(std::true_type()) : make(std::false_type());
+  }
+  if (const auto* mixed = dynamic_cast<const MixedMethod*>(&method)) {
+    const auto mixed_state = std::dynamic_pointer_cast<const MixedState>(std::move(state));
+    LODESTAR_CHECK(mixed_state);
+    set(mixed->tree().options(), mixed_state->tree()->tree());
+    return std::make_unique<PathTracer<MixedGuide>>(std::move(scene), job.seed, settings,
+                                                    MixedGuide(mixed_state, mixed->tree().options().learn));
   }
   if (const auto* focal = dynamic_cast<const FocalMethod*>(&method)) {
     auto focal_state = std::dynamic_pointer_cast<const FocalState>(std::move(state));

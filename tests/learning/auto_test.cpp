@@ -105,6 +105,34 @@ TEST(Race, AFilmThatHasNotMetTheLightIsNoisy) {
   EXPECT_GT(CompareEfficiency(found, black).value, 4);
 }
 
+TEST(Race, TheUnitOfLightDoesNotMatter) {
+  const auto measured = [](float unit) {
+    const TileGrid grid(kSide, kSide);
+    Film film(grid);
+    std::vector<Rgb> pixels(size_t{kSide} * kSide);
+    for (uint32_t tile = 0; tile < grid.tile_count(); ++tile) {
+      const TileRect rect = grid.Rect(tile);
+      FilmTile out{tile, std::vector<PixelSum>(rect.pixels())};
+      for (uint32_t i = 0; i < rect.pixels(); ++i) {
+        const uint32_t x = rect.x0 + i % rect.width(), y = rect.y0 + i / rect.width();
+        const float mean = x < kSide / 2 ? 0.01f : 1.0f;
+        pixels[size_t{y} * kSide + x] = Rgb(unit * mean);
+        for (int pass = 0; pass < 4; ++pass) out.pixels[i].Add(Rgb(unit * mean * (pass % 2 == 0 ? 1.5f : 0.5f)));
+      }
+      film.Add(grid, out);
+    }
+    film.AddPasses(4);
+    return MeasurePilot(0, film, 4, Yardstick({kSide, kSide, pixels, std::vector<float>(pixels.size())}));
+  };
+  const PilotResult one = measured(1);
+  EXPECT_LT(one.variances.front(), 0.5 * one.variances.back());  // the dark half counts for less than its due
+  for (const float unit : {1e-6f, 1e6f}) {
+    const PilotResult scaled = measured(unit);
+    for (size_t block = 0; block < one.variances.size(); ++block)
+      EXPECT_NEAR(scaled.variances[block] / one.variances[block], 1, 1e-4) << unit;
+  }
+}
+
 TEST(Race, RelativeVarianceIsAboutOneOverTheShareOfHits) {
   EXPECT_NEAR(RelativeVariance(NoisyFilm(32, 200, 5)) / 200, 1, 0.15);
   EXPECT_EQ(RelativeVariance(NoisyFilm(1, 0, 5)), std::numeric_limits<double>::infinity());
@@ -117,13 +145,15 @@ TEST(Race, RelativeVarianceIsAboutOneOverTheShareOfHits) {
 // Drives the method as the loop does, with films of given variances; films are kSide wide, whatever the job's picture.
 class Driver {
  public:
-  explicit Driver(const std::string& candidates = "path,sdtree", uint32_t width = 320, uint32_t height = 180) {
+  explicit Driver(const std::string& candidates = "path,sdtree", uint32_t width = 320, uint32_t height = 180,
+                  bool guidable = true) {
     JobSpec job;
     job.method = "auto";
     job.options["candidates"] = candidates;
     Survey survey = test::SyntheticSurvey();
     survey.resolution_x = width;
     survey.resolution_y = height;
+    survey.guidable = guidable;
     method_ = std::make_unique<AutoMethod>(job, survey);
     state_ = method_->Initial();
   }
@@ -242,6 +272,27 @@ TEST(Auto, FocalGuidingRacesWherePathTracingHardlyFindsTheLight) {
   dark.Race({{"path", 9000}, {"sdtree", 6000}, {"focal", 50}});
   EXPECT_EQ(dark.active(), "focal");
   EXPECT_FALSE(dark.method().Decided(dark.state()));
+}
+
+TEST(Auto, LosersStopEarly) {
+  // The tree's pilot has 1, 2, 4, 8 and 16 passes. At best it would be 1.5^4 = 5 times as good a while after it.
+  const auto passes = [](double variance) { return Driver().Race({{"path", 4}, {"sdtree", variance}}); };
+  EXPECT_EQ(passes(60), 10u + 1 + 2);
+  EXPECT_EQ(passes(12), 10u + 1 + 2 + 4 + 8);  // three times behind, with one to come and one more
+  EXPECT_EQ(passes(6), 10u + 31);
+  Driver loser;
+  loser.Race({{"path", 4}, {"sdtree", 60}});
+  EXPECT_EQ(loser.active(), "path");
+  EXPECT_NE(loser.method().Explain(loser.state()).find("sdtree left out: path was "), std::string::npos);
+}
+
+TEST(Auto, NothingIsTriedThatTheSceneHasNothingFor) {
+  Driver mirrors("path,sdtree,focal", 320, 180, false);
+  EXPECT_TRUE(mirrors.settled());
+  EXPECT_EQ(mirrors.active(), "path");
+  EXPECT_TRUE(
+      mirrors.method().Explain(mirrors.state()).starts_with("path; sdtree left out: the scene has no light, or"));
+  EXPECT_EQ(Driver("sdtree", 320, 180, false).active(), "sdtree");  // who asks for it alone gets it
 }
 
 TEST(Auto, StatesTravelAndBrokenOnesAreRefused) {

@@ -35,7 +35,7 @@ std::string Refusal(const std::string& method, std::map<std::string, std::string
 }
 
 TEST(Registry, NamesItsMethods) {
-  ASSERT_EQ(Methods().size(), 5u);
+  ASSERT_EQ(Methods().size(), 6u);
   for (const MethodEntry& entry : Methods()) {
     EXPECT_FALSE(entry.summary.empty());
     JobSpec job;
@@ -49,7 +49,8 @@ TEST(Registry, NamesItsMethods) {
 }
 
 TEST(Registry, UnknownNamesListWhatExists) {
-  EXPECT_EQ(Refusal("sdtre", {}), "there is no method 'sdtre'; there are: path, sdtree, focal, grid, auto");
+  EXPECT_EQ(Refusal("sdtre", {}),
+            "there is no method 'sdtre'; there are: path, sdtree, focal, grid, sdtree+focal, auto");
   EXPECT_EQ(Refusal("path", {{"net", "always"}}), "method 'path' has no option 'net'; it has: nee");
   EXPECT_NE(Refusal("sdtree", {{"combination", "discard"}}).find("it has: preset, nee, lights, target, "),
             std::string::npos);

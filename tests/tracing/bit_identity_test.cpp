@@ -45,7 +45,7 @@ void ExpectSameImage(const Image& a, const Image& b) {
 }
 
 TEST(BitIdentityTest, ThreadsDoNotShow) {
-  for (const std::string method : {"sdtree", "focal", "grid", "auto"}) {
+  for (const std::string method : {"sdtree", "focal", "grid", "sdtree+focal", "auto"}) {
     for (const std::string& text :
          {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text, test::kSmallScenes[5].text}) {
       const test::Rendered one = test::RenderText(text, GuidedJob(method), 1);
@@ -110,7 +110,7 @@ class ShuffledExecutor final : public Executor {
 };
 
 TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
-  for (const std::string method : {"sdtree", "focal", "grid", "auto"}) {
+  for (const std::string method : {"sdtree", "focal", "grid", "sdtree+focal", "auto"}) {
     const JobSpec job = GuidedJob(method);
     const CompiledJob compiled = CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job);
     const test::Rendered plain = test::Render(compiled, job);
@@ -125,18 +125,27 @@ TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
   }
 }
 
-TEST(BitIdentityTest, ARunByTimeReplaysFromItsReport) {
-  JobSpec job = GuidedJob();
+class ReplayTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(ReplayTest, ARunByTimeReplaysFromItsReport) {
+  JobSpec job = GuidedJob(GetParam());
   job.budget = {.seconds = 0.5};
   const CompiledJob compiled = CompileJob(ParsePbrtText(test::kSmallScenes[0].text, "test.pbrt", "."), job);
   const test::Rendered timed = test::Render(compiled, job);
-  JobSpec replay = job;
+  JobSpec replay = timed.report.job;
   replay.budget = {.spp = timed.report.passes};
   replay.training_iterations = timed.report.training_iterations;
   const test::Rendered again = test::Render(compiled, replay);
   ExpectSameImage(timed.image, again.image);
   EXPECT_EQ(timed.state, again.state);
 }
+
+INSTANTIATE_TEST_SUITE_P(Of, ReplayTest, testing::Values("path", "sdtree", "focal", "grid", "sdtree+focal", "auto"),
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           std::ranges::replace(name, '+', '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace lodestar
