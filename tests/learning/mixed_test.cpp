@@ -62,7 +62,8 @@ TEST(Mixed, WhatIsRefusedChangesNothing) {
 }
 
 TEST(Mixed, StatesTravel) {
-  const auto method = Make({{"initial-iterations", "2"}, {"narrowing-iterations", "1"}, {"roulette", "contribution"}});
+  const auto method = Make(
+      {{"initial-iterations", "2"}, {"narrowing-iterations", "1"}, {"roulette", "contribution"}, {"target", "simple"}});
   auto state = method->Initial();
   for (int i = 0; i < 5; ++i) {
     const Bytes bytes = state->Serialize();
