@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "core/scene/mix_order.h"
 #include "core/scene/pbrt_builder.h"
 
 namespace lodestar {
@@ -166,27 +167,7 @@ void PbrtBuilder::CheckMaterials() const {
     if (!entry.defined)
       FailAt(entry.first_use, ErrorKind::kInvalidInput,
              "material \"" + name + "\" is used, but no MakeNamedMaterial defines it");
-  // Mixes may nest, but not in a circle. Depth-first, with a stack of its own; 0 unseen, 1 on the path, 2 done.
-  std::vector<int> mark(scene_.materials.size(), 0);
-  for (size_t start = 0; start < mark.size(); ++start) {
-    std::vector<int> path{static_cast<int>(start)};
-    while (!path.empty()) {
-      const int at = path.back();
-      const auto* mix = std::get_if<MixMaterial>(&scene_.materials[at].kind);
-      if (mark[at] == 0) {
-        mark[at] = 1;
-        if (mix)
-          for (int next : {mix->a, mix->b}) {
-            if (mark[next] == 1)
-              FailAt(scene_.materials[at].where, ErrorKind::kInvalidInput, "this mix of materials contains itself");
-            if (mark[next] == 0) path.push_back(next);
-          }
-      } else {
-        mark[at] = 2;
-        path.pop_back();
-      }
-    }
-  }
+  PartsBeforeMixes(scene_.materials);  // throws where there is no such order
 }
 
 }  // namespace lodestar

@@ -1,6 +1,6 @@
 #include "core/scene/scene_materials.h"
 
-#include "core/base/error.h"
+#include "core/scene/mix_order.h"
 
 namespace lodestar {
 namespace {
@@ -76,19 +76,8 @@ struct Folder {
 }  // namespace
 
 MaterialTable::MaterialTable(const std::vector<MaterialDescription>& materials, const TextureTable& textures)
-    : textures_(&textures) {
-  for (size_t i = 0; i < materials.size(); ++i) {
-    if (const auto* mix = std::get_if<MixMaterial>(&materials[i].kind)) {
-      // Only earlier materials, so that resolving a mix ends.
-      if (mix->a < 0 || mix->b < 0 || mix->a >= static_cast<int>(i) || mix->b >= static_cast<int>(i))
-        throw Error(ErrorKind::kInvalidInput,
-                    materials[i].where.ToString() + ": mix material '" + materials[i].name +
-                        "' uses a material that is not declared before it; declare its parts first");
-    }
-    Material material;
-    Compile(materials[i], &material);
-    materials_.push_back(std::move(material));
-  }
+    : textures_(&textures), materials_(materials.size()) {
+  for (const int i : PartsBeforeMixes(materials)) Compile(materials[i], &materials_[i]);
 }
 
 void MaterialTable::Compile(const MaterialDescription& description, Material* m) const {

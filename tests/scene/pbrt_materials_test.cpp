@@ -214,6 +214,9 @@ TEST(PbrtMaterials, RefusesByNameAndPlace) {
        kBad, "2:93", "between 0 and 1"},
       {"MakeNamedMaterial \"a\" \"string type\" \"mix\" \"string materials\" [\"a\" \"a\"]", kBad, "2:1",
        "contains itself"},
+      {"MakeNamedMaterial \"a\" \"string type\" \"mix\" \"string materials\" [\"b\" \"b\"] MakeNamedMaterial \"b\" "
+       "\"string type\" \"mix\" \"string materials\" [\"b\" \"a\"]",
+       kBad, "2:72", "contains itself"},
       {"NamedMaterial \"m\"", kBad, "2:1", "material \"m\" is used"},
       {"MakeNamedMaterial \"m\"", kBad, "2:1", "needs a \"string type\""},
       {"MakeNamedMaterial \"m\" \"string type\" \"glass\"", kBad, "2:1", "supported here: diffuse"},
