@@ -63,7 +63,6 @@ const Rgb kEta(0.2f, 0.9f, 1.1f), kK(3.9f, 2.4f, 2.1f);
 LODESTAR_BSDF_BENCH(diffuse, Bsdf::Diffuse(Rgb(0.5f)));
 LODESTAR_BSDF_BENCH(conductor, Bsdf::Conductor(kEta, kK, {0.2f, 0.2f}));
 LODESTAR_BSDF_BENCH(conductor_anisotropic, Bsdf::Conductor(kEta, kK, {0.2f, 0.4f}));
-LODESTAR_BSDF_BENCH(conductor_compensated, Bsdf::Conductor(kEta, kK, {0.2f, 0.2f}, true));
 LODESTAR_BSDF_BENCH(smooth_conductor, Bsdf::Conductor(kEta, kK, {0, 0}));
 LODESTAR_BSDF_BENCH(dielectric, Bsdf::Dielectric(1.5f, {0.2f, 0.2f}));
 LODESTAR_BSDF_BENCH(smooth_dielectric, Bsdf::Dielectric(1.5f, {0, 0}));

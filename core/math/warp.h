@@ -1,4 +1,5 @@
-// Maps from the unit square to sampling domains, each beside its density and its inverse.
+// Maps from the unit square to sampling domains. Those of the sphere stand beside their densities, the cylindrical one
+// beside its inverse too; the others are uniform.
 #pragma once
 
 #include <utility>

@@ -28,24 +28,12 @@ Bsdf Bsdf::Diffuse(Rgb reflectance) {
   return b;
 }
 
-Bsdf Bsdf::Conductor(Rgb eta, Rgb k, Vec2 alpha, bool energy_compensation) {
+Bsdf Bsdf::Conductor(Rgb eta, Rgb k, Vec2 alpha) {
   Bsdf b;
   b.kind_ = Ggx::IsSmooth(alpha, kSmoothAlpha) ? Kind::kSmoothConductor : Kind::kConductor;
   b.a_ = eta;
   b.b_ = k;
   b.alpha_ = Ggx::Clamped(alpha).alpha;
-  if (energy_compensation && b.kind_ == Kind::kConductor) {
-    // f_ms = F_ms (1 - E(o)) (1 - E(i)) / (pi (1 - E_mean)), F_ms = F^2 E / (1 - F (1 - E)): the light that does not
-    // leave the microsurface at its first reflection, F the mean Fresnel reflectance (Kulla and Conty 2017; the square
-    // as in Turquin 2019, section 3.3).
-    b.base_energy_ = Ggx{b.alpha_}.MeanAlpha();
-    const float e = GgxMeanAlbedo(b.base_energy_);
-    if (e < 1) {
-      b.compensated_ = true;
-      const Rgb f = FresnelConductorMean(eta, k);
-      for (int i = 0; i < 3; ++i) b.c_[i] = f[i] * f[i] * e / ((1 - f[i] * (1 - e)) * kPi * (1 - e));
-    }
-  }
   return b;
 }
 
@@ -119,7 +107,7 @@ std::optional<BsdfSample> Bsdf::SampleOther(Vec3 wo, float u_lobe, Vec2 u) const
       sample = SampleDiffuse(wo, u);
       break;
     case Kind::kConductor:
-      sample = SampleConductor(wo, u_lobe, u);
+      sample = SampleConductor(wo, u);
       break;
     case Kind::kSmoothConductor:
       sample = MirrorSample(wo, FresnelConductor(wo.z, a_, b_), 1);

@@ -93,10 +93,9 @@ class Bsdf {
   // dielectric of eta 1. All are cheap enough to be called at every hit, where textures vary; the coated ones look
   // their table up by eta, which the first call builds (50 ms): call them once while compiling.
   static Bsdf Diffuse(Rgb reflectance);
-  // Exact Fresnel reflection of a complex index by single scattering on GGX, as pbrt-v4. `energy_compensation` adds the
-  // multiply scattered light that this loses (Kulla and Conty 2017, over our own albedo table): up to 60 % brighter at
-  // alpha 1. Recommended off, to agree with other renderers' single scattering.
-  static Bsdf Conductor(Rgb eta, Rgb k, Vec2 alpha, bool energy_compensation = false);
+  // Exact Fresnel reflection of a complex index, and refraction, by single scattering on GGX, as pbrt-v4: rough ones
+  // lose energy, see docs/decisions/0019-multiple-scattering.md.
+  static Bsdf Conductor(Rgb eta, Rgb k, Vec2 alpha);
   static Bsdf Dielectric(float eta, Vec2 alpha);
   static Bsdf ThinDielectric(float eta);
   // A base of that reflectance coupled to the reflection lobe of a dielectric coat (after Kelemen and Szirmay-Kalos
@@ -142,7 +141,7 @@ class Bsdf {
 
   // wo.z > 0 in all of these (the dispatcher mirrors both directions); `eta`: of the far side over wo's.
   BsdfValue EvaluateConductor(Vec3 wo, Vec3 wi) const;
-  std::optional<BsdfSample> SampleConductor(Vec3 wo, float u_lobe, Vec2 u) const;
+  std::optional<BsdfSample> SampleConductor(Vec3 wo, Vec2 u) const;
   BsdfValue EvaluateDielectric(Vec3 wo, Vec3 wi, float eta) const;
   std::optional<BsdfSample> SampleDielectric(Vec3 wo, float u_lobe, Vec2 u, float eta) const;
   std::optional<BsdfSample> SampleSmoothDielectric(Vec3 wo, float u_lobe, float eta) const;
@@ -174,11 +173,11 @@ class Bsdf {
   void SetCoat(float eta, Vec2 alpha);
 
   Kind kind_ = Kind::kNone;
-  bool coat_flat_ = false, base_flat_ = false, compensated_ = false;
+  bool coat_flat_ = false, base_flat_ = false;
   uint8_t coat_row_ = 0, base_row_ = 0;
   Rgb a_;                            // reflectance, or eta of a conductor
-  Rgb b_;                            // transmittance, k of a conductor, or the scale of a coated base
-  Rgb c_;                            // compensation of a conductor; of a coated diffuse base 1 / (pi (1 - E_avg))
+  Rgb b_;                            // transmittance, k of a conductor, or 1 / (pi G) of a coated base (decision 0005)
+  Rgb c_;                            // what a coated diffuse base returns at most
   float eta_ = 1, inverse_eta_ = 1;  // of the inside (below) over the outside
   Vec2 alpha_;                       // of the interface, or of a conductor without a coat
   Vec2 base_alpha_;                  // of a coated conductor, widened by the coat

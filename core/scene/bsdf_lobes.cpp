@@ -1,7 +1,6 @@
 // What a BSDF tells of its lobes without evaluating them: albedos and shares, approximate.
 #include "core/scene/bsdf.h"
 #include "core/scene/fresnel.h"
-#include "core/scene/microfacet.h"
 
 namespace lodestar {
 
@@ -45,13 +44,9 @@ BsdfLobes Bsdf::Lobes(Vec3 wo) const {
     case Kind::kDiffuse:
       add(BsdfLobe::Kind::kDiffuseReflection, {}, Luminance(a_));
       break;
-    case Kind::kConductor: {
-      const float lost = compensated_ ? 1 - GgxAlbedo(mu, base_energy_) : 0;
-      const float fresnel = Luminance(FresnelConductor(mu, a_, b_));
-      add(BsdfLobe::Kind::kGgxReflection, alpha_, fresnel * (1 - lost));
-      add(BsdfLobe::Kind::kDiffuseReflection, {}, fresnel * lost);
+    case Kind::kConductor:
+      add(BsdfLobe::Kind::kGgxReflection, alpha_, Luminance(FresnelConductor(mu, a_, b_)));
       break;
-    }
     case Kind::kDielectric: {
       const float reflectance = FresnelDielectric(mu, wo.z < 0 ? inverse_eta_ : eta_).reflectance;
       add(BsdfLobe::Kind::kGgxReflection, alpha_, reflectance);

@@ -10,25 +10,11 @@ namespace lodestar {
 
 BsdfValue Bsdf::EvaluateConductor(Vec3 wo, Vec3 wi) const {
   const GgxReflection r = EvaluateReflection(Ggx{alpha_}, wo, wi);
-  BsdfValue value{FresnelConductor(r.cos, a_, b_) * r.value, r.pdf};
-  if (compensated_) {
-    // base_energy_ holds the mean alpha here. The diffuse-like rest is sampled in proportion to what the lobe loses at
-    // wo.
-    const float lost_o = 1 - GgxAlbedo(wo.z, base_energy_), lost_i = 1 - GgxAlbedo(wi.z, base_energy_);
-    value.f_cos += c_ * (lost_o * lost_i * wi.z);
-    value.pdf += lost_o * (wi.z * kInvPi - value.pdf);
-  }
-  return value;
+  return {FresnelConductor(r.cos, a_, b_) * r.value, r.pdf};
 }
 
-std::optional<BsdfSample> Bsdf::SampleConductor(Vec3 wo, float u_lobe, Vec2 u) const {
+std::optional<BsdfSample> Bsdf::SampleConductor(Vec3 wo, Vec2 u) const {
   const Ggx ggx{alpha_};
-  if (compensated_) {
-    const bool diffuse = u_lobe < 1 - GgxAlbedo(wo.z, base_energy_);
-    const Vec3 wi = diffuse ? SquareToCosineHemisphere(u) : ggx.SampleReflection(wo, u);
-    if (!(wi.z > 0)) return std::nullopt;
-    return SampleOf(wi, EvaluateConductor(wo, wi), diffuse ? 1 : base_energy_);
-  }
   const Vec3 m = ggx.SampleVisible(wo, u);
   const float cos = Dot(wo, m);
   const Vec3 wi = m * (2 * cos) - wo;

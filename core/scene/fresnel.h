@@ -48,13 +48,6 @@ inline Rgb FresnelConductor(float cos_i, Rgb eta, Rgb k) {
   return {out[0], out[1], out[2]};
 }
 
-// The cosine-weighted mean 2 int F(mu) mu dmu of a conductor, by an eight-point rule in mu^2.
-inline Rgb FresnelConductorMean(Rgb eta, Rgb k) {
-  Rgb sum;
-  for (int i = 0; i < 8; ++i) sum += FresnelConductor(std::sqrt((static_cast<float>(i) + 0.5f) / 8), eta, k);
-  return sum / 8;
-}
-
 // w refracted through the microfacet m, dot(w, m) = cos_i > 0; eta and cos_t as in FresnelDielectric. Unit if w and m
 // are.
 inline Vec3 Refract(Vec3 w, Vec3 m, float cos_i, float cos_t, float eta) {

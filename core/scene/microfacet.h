@@ -93,10 +93,4 @@ inline VisibleNormalNode VisibleNormalQuadrature(int n, int phis, int caps) {
           2 * w / static_cast<float>(phis * caps)};
 }
 
-// Directional albedo E(mu) of the lobe without Fresnel, and its cosine-weighted mean, by tables over (mu, alpha): what
-// single scattering keeps. Built on first use, the same on every machine; absolute error below 1e-3 (6e-3 for mu <
-// 0.1).
-float GgxAlbedo(float mu, float alpha);
-float GgxMeanAlbedo(float alpha);
-
 }  // namespace lodestar

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "core/scene/mix_order.h"
 #include "core/scene/pbrt_builder.h"
 
 namespace lodestar {
@@ -18,21 +19,23 @@ bool IsUnsupportedMaterial(std::string_view type) {
 }  // namespace
 
 Roughness PbrtBuilder::ReadRoughness(PbrtParams& params, const std::string& prefix, bool remap) {
-  const FloatValue both = FloatParam(params, prefix + "roughness", 0);
-  Roughness roughness;
-  roughness.remap = remap;
-  FloatValue* const axes[2] = {&roughness.u, &roughness.v};
-  const std::string names[2] = {prefix + "uroughness", prefix + "vroughness"};
-  for (int i = 0; i < 2; ++i) {
-    const PbrtParam* own = params.Find(names[i], {"float", "texture"});
-    *axes[i] = own ? FloatParam(params, names[i], 0) : both;
-    if (axes[i]->texture >= 0) continue;
-    if (axes[i]->value < 0)
-      params.Fail(own ? *own : *params.Find(prefix + "roughness", {"float"}), "must not be negative");
+  const auto alpha = [&](const std::string& name) {
+    FloatValue value = FloatParam(params, name, 0);
+    if (value.texture >= 0) return value;
+    if (value.value < 0) params.Fail(*params.Find(name, {"float"}), "must not be negative");
+    if (value.value > 1) {
+      params.Refuse({name}, "roughness ends at 1");
+      value.value = 1;  // lenient
+    }
     // pbrt-v4's remapping: alpha is the square root of the roughness.
-    if (remap) axes[i]->value = std::sqrt(axes[i]->value);
-  }
-  return roughness;
+    if (remap) value.value = std::sqrt(value.value);
+    return value;
+  };
+  const FloatValue both = alpha(prefix + "roughness");
+  const auto axis = [&](const std::string& name) {
+    return params.Find(name, {"float", "texture"}) ? alpha(name) : both;
+  };
+  return {axis(prefix + "uroughness"), axis(prefix + "vroughness"), remap};
 }
 
 ConductorMaterial PbrtBuilder::Conductor(PbrtParams& params, const std::string& prefix,
@@ -166,27 +169,7 @@ void PbrtBuilder::CheckMaterials() const {
     if (!entry.defined)
       FailAt(entry.first_use, ErrorKind::kInvalidInput,
              "material \"" + name + "\" is used, but no MakeNamedMaterial defines it");
-  // Mixes may nest, but not in a circle. Depth-first, with a stack of its own; 0 unseen, 1 on the path, 2 done.
-  std::vector<int> mark(scene_.materials.size(), 0);
-  for (size_t start = 0; start < mark.size(); ++start) {
-    std::vector<int> path{static_cast<int>(start)};
-    while (!path.empty()) {
-      const int at = path.back();
-      const auto* mix = std::get_if<MixMaterial>(&scene_.materials[at].kind);
-      if (mark[at] == 0) {
-        mark[at] = 1;
-        if (mix)
-          for (int next : {mix->a, mix->b}) {
-            if (mark[next] == 1)
-              FailAt(scene_.materials[at].where, ErrorKind::kInvalidInput, "this mix of materials contains itself");
-            if (mark[next] == 0) path.push_back(next);
-          }
-      } else {
-        mark[at] = 2;
-        path.pop_back();
-      }
-    }
-  }
+  PartsBeforeMixes(scene_.materials);  // throws where there is no such order
 }
 
 }  // namespace lodestar

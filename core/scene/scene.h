@@ -21,7 +21,8 @@
 
 namespace lodestar {
 
-// What the scene contains and hence what a kernel must be able to do; everything else is compiled out.
+// What the scene contains, for reports. The path kernel is compiled with and without `environment`; everything else it
+// meets at run time.
 struct SceneNeeds {
   bool textures = false, alpha = false, environment = false, delta_lobes = false, smooth_lobes = true,
        transmission = false;

@@ -1,6 +1,6 @@
 #include "core/scene/scene_materials.h"
 
-#include "core/base/error.h"
+#include "core/scene/mix_order.h"
 
 namespace lodestar {
 namespace {
@@ -21,7 +21,7 @@ struct Evaluator {
 
   Rgb Color(const RgbValue& v) const { return textures.Evaluate(v, uv); }
   float Alpha(const FloatValue& v, bool remap) const {
-    if (v.texture < 0) return std::clamp(v.value, 0.0f, 1.0f);
+    if (v.texture < 0) return v.value;
     const float roughness = std::clamp(textures.Evaluate(v, uv), 0.0f, 1.0f);
     return remap ? std::sqrt(roughness) : roughness;
   }
@@ -52,12 +52,14 @@ struct Folder {
     v = textures.Fold(v);
     traits->textured |= v.texture >= 0;
   }
-  // A constant's remapping is the parser's, a folded texture's ours.
+  // A constant's range and remapping are the parser's, a folded texture's ours.
   void Fold(Roughness& r) const {
     for (FloatValue* v : {&r.u, &r.v}) {
       const bool textured = v->texture >= 0;
       (*this)(*v);
-      if (textured && v->texture < 0 && r.remap) v->value = std::sqrt(std::clamp(v->value, 0.0f, 1.0f));
+      if (!textured || v->texture >= 0) continue;
+      v->value = std::clamp(v->value, 0.0f, 1.0f);
+      if (r.remap) v->value = std::sqrt(v->value);
     }
     const bool varies = r.u.texture >= 0 || r.v.texture >= 0;
     traits->needs_tangent |= r.u.texture != r.v.texture || r.u.value != r.v.value;
@@ -76,19 +78,8 @@ struct Folder {
 }  // namespace
 
 MaterialTable::MaterialTable(const std::vector<MaterialDescription>& materials, const TextureTable& textures)
-    : textures_(&textures) {
-  for (size_t i = 0; i < materials.size(); ++i) {
-    if (const auto* mix = std::get_if<MixMaterial>(&materials[i].kind)) {
-      // Only earlier materials, so that resolving a mix ends.
-      if (mix->a < 0 || mix->b < 0 || mix->a >= static_cast<int>(i) || mix->b >= static_cast<int>(i))
-        throw Error(ErrorKind::kInvalidInput,
-                    materials[i].where.ToString() + ": mix material '" + materials[i].name +
-                        "' uses a material that is not declared before it; declare its parts first");
-    }
-    Material material;
-    Compile(materials[i], &material);
-    materials_.push_back(std::move(material));
-  }
+    : textures_(&textures), materials_(materials.size()) {
+  for (const int i : PartsBeforeMixes(materials)) Compile(materials[i], &materials_[i]);
 }
 
 void MaterialTable::Compile(const MaterialDescription& description, Material* m) const {

@@ -12,7 +12,7 @@ namespace lodestar {
 class MaterialTable {
  public:
   MaterialTable() = default;
-  // Throws Error with the directive's place for a mix of itself or a parameter outside its range. `textures` must
+  // Throws Error with the directive's place for a mix that PartsBeforeMixes (mix_order.h) refuses. `textures` must
   // outlive the table.
   MaterialTable(const std::vector<MaterialDescription>& materials, const TextureTable& textures);
 

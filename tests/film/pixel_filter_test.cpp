@@ -16,20 +16,17 @@ Vec2 Uniform(uint32_t i) {
   return {Sampler::ToUnit(uint32_t(bits >> 32)), Sampler::ToUnit(uint32_t(bits))};
 }
 
-class PixelFilterTest : public testing::TestWithParam<PixelFilter::Parameters> {};
-
-// Weighted samples must be distributed as the filter: the moments that an image sees (mean 0, second moments) and a
-// histogram of one axis.
-TEST_P(PixelFilterTest, SamplesReproduceTheFilter) {
-  const auto& f = GetParam();
-  const PixelFilter filter(f);
+// How far weighted samples are from being distributed as the filter f, in the moments that an image sees (mean 0,
+// second moments) and a histogram of one axis: the largest difference, as a multiple of what chance and the bins allow.
+double Misfit(const PixelFilter& filter, const PixelFilter::Parameters& f) {
   constexpr int kBins = 24, kGrid = 960, kSamples = 1000000;
-  std::vector<double> mass(kBins);
+  std::vector<double> mass(kBins), absolute_mass(kBins);
   double total = 0, second = 0, absolute = 0;
   for (int i = 0; i < kGrid; ++i) {
     const float x = ((i + 0.5f) / kGrid * 2 - 1) * f.radius_x;
     const double v = PixelFilter::Evaluate(f, {x, 0});
     mass[i * kBins / kGrid] += v;
+    absolute_mass[i * kBins / kGrid] += std::fabs(v);
     total += v;
     absolute += std::fabs(v);
     second += v * x * x;
@@ -39,8 +36,8 @@ TEST_P(PixelFilterTest, SamplesReproduceTheFilter) {
   double mean_weight = 0, mean_x = 0, mean_xx = 0;
   for (int i = 0; i < kSamples; ++i) {
     const FilterSample s = filter.Sample(Uniform(i));
-    ASSERT_LE(std::fabs(s.offset.x), f.radius_x);
-    ASSERT_LE(std::fabs(s.offset.y), f.radius_y);
+    EXPECT_LE(std::fabs(s.offset.x), f.radius_x);
+    EXPECT_LE(std::fabs(s.offset.y), f.radius_y);
     mean_weight += s.weight;
     mean_x += s.weight * s.offset.x;
     mean_xx += s.weight * s.offset.x * s.offset.x;
@@ -48,11 +45,22 @@ TEST_P(PixelFilterTest, SamplesReproduceTheFilter) {
   }
   const double w = Sqr(float(absolute / total));  // the size of every weight
   const double sigma = w / std::sqrt(double(kSamples));
-  EXPECT_NEAR(mean_weight / kSamples, 1, 5 * sigma + 1e-4);
-  EXPECT_NEAR(mean_x / kSamples, 0, 5 * sigma * f.radius_x);
-  EXPECT_NEAR(mean_xx / kSamples, second, 5 * sigma * f.radius_x * f.radius_x + 1e-4);
+  double worst = 0;
+  const auto compare = [&](double sum, double expected, double tolerance) {
+    worst = std::max(worst, std::fabs(sum / kSamples - expected) / tolerance);
+  };
+  compare(mean_weight, 1, 5 * sigma + 1e-4);
+  compare(mean_x, 0, 5 * sigma * f.radius_x);
+  compare(mean_xx, second, 5 * sigma * f.radius_x * f.radius_x + 1e-4);
   for (int b = 0; b < kBins; ++b)
-    EXPECT_NEAR(histogram[b] / kSamples, mass[b] / total, 5 * sigma + 2e-4) << "bin " << b;
+    compare(histogram[b], mass[b] / total, 5 * sigma * std::sqrt(absolute_mass[b] / absolute) + 1e-4);
+  return worst;
+}
+
+class PixelFilterTest : public testing::TestWithParam<PixelFilter::Parameters> {};
+
+TEST_P(PixelFilterTest, SamplesReproduceTheFilter) {
+  EXPECT_LE(Misfit(PixelFilter(GetParam()), GetParam()), 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -62,6 +70,20 @@ INSTANTIATE_TEST_SUITE_P(
                     PixelFilter::Parameters{.kind = Kind::kTriangle, .radius_x = 2, .radius_y = 1},
                     PixelFilter::Parameters{.kind = Kind::kGaussian, .radius_x = 1.5f, .radius_y = 1.5f},
                     PixelFilter::Parameters{.kind = Kind::kMitchell, .radius_x = 2, .radius_y = 2}));
+
+TEST(PixelFilter, SamplesOfAnotherFilterAreSeen) {
+  const PixelFilter::Parameters gaussian{.kind = Kind::kGaussian, .radius_x = 1.5f, .radius_y = 1.5f, .sigma = 0.5f};
+  PixelFilter::Parameters wider = gaussian;
+  wider.sigma = 0.51f;
+  EXPECT_GT(Misfit(PixelFilter(gaussian), wider), 1);
+  const PixelFilter::Parameters mitchell{.kind = Kind::kMitchell, .radius_x = 2, .radius_y = 2};
+  PixelFilter::Parameters sharper = mitchell;
+  sharper.c = 0.35f;
+  EXPECT_GT(Misfit(PixelFilter(mitchell), sharper), 1);
+  EXPECT_GT(Misfit(PixelFilter({.kind = Kind::kBox, .radius_x = 1.5f, .radius_y = 1.5f}),
+                   {.kind = Kind::kBox, .radius_x = 1.51f, .radius_y = 1.5f}),
+            1);
+}
 
 TEST(PixelFilter, KnownValues) {
   EXPECT_FLOAT_EQ(PixelFilter::Evaluate({.kind = Kind::kTriangle, .radius_x = 2, .radius_y = 2}, {0.5f, -1}), 1.5f);

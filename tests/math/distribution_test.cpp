@@ -13,23 +13,25 @@ float Uniform(uint32_t i, uint32_t stream) {
 }
 
 TEST(AliasTable, PicksByWeight) {
+  constexpr int kSamples = 400000;
   const std::vector<double> weights{3, 0, 1, 0.5, 10, 0, 0.01, 2};
   const AliasTable table(weights);
-  const double total = 16.51;
-  constexpr int kSamples = 400000;
-  std::vector<int> counts(weights.size());
-  for (int i = 0; i < kSamples; ++i) ++counts[table.Sample(Uniform(i, 1))];
-  double statistic = 0;
+  std::vector<double> observed(weights.size()), expected(weights.size());
+  for (int i = 0; i < kSamples; ++i) ++observed[table.Sample(Uniform(i, 1))];
   for (size_t i = 0; i < weights.size(); ++i) {
-    EXPECT_NEAR(table.Pmf(uint32_t(i)), weights[i] / total, 1e-7);
-    if (weights[i] == 0) {
-      EXPECT_EQ(counts[i], 0);
-    } else {
-      const double expected = weights[i] / total * kSamples;
-      statistic += Sqr(float(counts[i] - expected)) / expected;
-    }
+    EXPECT_NEAR(table.Pmf(uint32_t(i)), weights[i] / 16.51, 1e-7);
+    expected[i] = weights[i] / 16.51 * kSamples;
   }
-  EXPECT_LT(statistic, 22.5);  // chi-square of 5 degrees of freedom, 0.9996
+  const test::TestResult r = test::ChiSquareTest(observed, expected, 1e-3);
+  EXPECT_TRUE(r.accepted) << r.message;
+  // Two per cent of a weight moved to its neighbour are seen, and so is any sample where there is no weight.
+  std::vector<double> wrong = expected;
+  wrong[4] -= 0.02 * expected[4];
+  wrong[7] += 0.02 * expected[4];
+  EXPECT_FALSE(test::ChiSquareTest(observed, wrong, 1e-3).accepted);
+  wrong = expected;
+  std::swap(wrong[5], wrong[6]);
+  EXPECT_FALSE(test::ChiSquareTest(observed, wrong, 1e-3).accepted);
 }
 
 TEST(AliasTable, TinyWeightsKeepTheirProbability) {

@@ -70,6 +70,117 @@ TEST(Warp, DiskIsUniform) {
   EXPECT_TRUE(r.accepted) << r.message;
 }
 
+// ---- inverses ----
+// The renderer needs the cylindrical map's alone; the others are here, in double, to hold each map to its density.
+
+struct Square {
+  double x, y;
+};
+
+Square InverseOfDisk(double x, double y) {
+  const double r = std::hypot(x, y);
+  double a = 0, b = 0;
+  if (std::fabs(x) > std::fabs(y)) {
+    a = std::copysign(r, x);
+    b = a * std::atan(y / x) * 4 / M_PI;
+  } else if (r > 0) {
+    b = std::copysign(r, y);
+    a = b * std::atan(x / y) * 4 / M_PI;
+  }
+  return {(a + 1) / 2, (b + 1) / 2};
+}
+
+Square InverseOfTriangle(double x, double y) {
+  return y > x ? Square{2 * x, x + y} : Square{x + y, 2 * y};
+}
+
+Square InverseOfSphere(double x, double y, double z) {
+  const double phi = std::atan2(y, x) / (2 * M_PI);
+  return {(1 - z) / 2, phi < 0 ? phi + 1 : phi};
+}
+
+Square InverseOfCosineHemisphere(double x, double y, double) {
+  return InverseOfDisk(x, y);
+}
+
+Square InverseOfCylindrical(double x, double y, double z) {
+  const Vec2 u = DirectionToCylindrical({static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+  return {u.x, u.y};
+}
+
+// Area of the square a unit of area around (0, 0), by central differences.
+template <class Inverse>
+double Jacobian(const Inverse& inverse, double h) {
+  const Square x0 = inverse(-h, 0.0), x1 = inverse(h, 0.0), y0 = inverse(0.0, -h), y1 = inverse(0.0, h);
+  return std::fabs((x1.x - x0.x) * (y1.y - y0.y) - (x1.y - x0.y) * (y1.x - y0.x)) / (4 * h * h);
+}
+
+// A seam of an inverse (where phi wraps, or two pieces of it meet) is near: differences across it say nothing.
+bool NearSeam(Vec2 u, bool diagonals) {
+  constexpr float kMargin = 0.03f;
+  const float a = 2 * u.x - 1, b = 2 * u.y - 1;
+  return std::max(std::fabs(a), std::fabs(b)) > 1 - kMargin ||
+         (diagonals && std::fabs(std::fabs(a) - std::fabs(b)) < kMargin);
+}
+
+TEST(Warp, MapsOfThePlaneInvertAndTheirInverseHasTheirDensity) {
+  struct Map {
+    const char* name;
+    Vec2 (*warp)(Vec2);
+    Square (*inverse)(double, double);
+    double density;  // a unit of area; of the triangle's barycentric coordinates
+  };
+  for (const Map& map :
+       {Map{"disk", SquareToDisk, InverseOfDisk, 1 / M_PI}, Map{"triangle", SquareToTriangle, InverseOfTriangle, 2}}) {
+    Random random(7);
+    for (int i = 0; i < 10000; ++i) {
+      const Vec2 u = random.Next2D(), p = map.warp(u);
+      const Square back = map.inverse(p.x, p.y);
+      ASSERT_NEAR(back.x, u.x, 1e-6) << map.name << ' ' << u.x << ' ' << u.y;
+      ASSERT_NEAR(back.y, u.y, 1e-6) << map.name << ' ' << u.x << ' ' << u.y;
+      if (NearSeam(u, true)) continue;
+      const auto around = [&](double x, double y) { return map.inverse(p.x + x, p.y + y); };
+      ASSERT_NEAR(Jacobian(around, 1e-4), map.density, 1e-4 * map.density) << map.name << ' ' << u.x << ' ' << u.y;
+    }
+  }
+}
+
+TEST(Warp, MapsOfTheSphereInvertAndTheirInverseHasTheirDensity) {
+  struct Map {
+    const char* name;
+    Vec3 (*warp)(Vec2);
+    Square (*inverse)(double, double, double);
+    double (*density)(Vec3);
+    bool diagonals;
+    double round_trip, h, tolerance;  // the cylindrical inverse is of single precision
+  };
+  const auto uniform = [](Vec3) { return double{kUniformSpherePdf}; };
+  for (const Map& map :
+       {Map{"sphere", SquareToSphere, InverseOfSphere, uniform, false, 2e-6, 1e-4, 1e-4},
+        Map{"cylindrical", CylindricalToDirection, InverseOfCylindrical, uniform, false, 2e-6, 1e-2, 1e-2},
+        Map{"cosine hemisphere", SquareToCosineHemisphere, InverseOfCosineHemisphere,
+            [](Vec3 w) { return double{CosineHemispherePdf(w.z)}; }, true, 1e-6, 1e-4, 1e-3}}) {
+    Random random(8);
+    for (int i = 0; i < 10000; ++i) {
+      const Vec2 u = random.Next2D();
+      if (NearSeam(u, map.diagonals)) continue;
+      const Vec3 w = map.warp(u);
+      const Square back = map.inverse(w.x, w.y, w.z);
+      ASSERT_NEAR(back.x, u.x, map.round_trip) << map.name << ' ' << u.x << ' ' << u.y;
+      ASSERT_NEAR(back.y, u.y, map.round_trip) << map.name << ' ' << u.x << ' ' << u.y;
+      // Along two tangents of w, back on the sphere.
+      const Vec3 s = Normalize(Cross(w, std::fabs(w.x) > 0.7f ? Vec3{0, 1, 0} : Vec3{1, 0, 0})), t = Cross(w, s);
+      const auto around = [&](double x, double y) {
+        const double v[3] = {w.x + x * s.x + y * t.x, w.y + x * s.y + y * t.y, w.z + x * s.z + y * t.z};
+        const double length = std::hypot(v[0], v[1], v[2]);
+        return map.inverse(v[0] / length, v[1] / length, v[2] / length);
+      };
+      const double density = map.density(w);
+      ASSERT_NEAR(Jacobian(around, map.h), density, map.tolerance * density) << map.name << ' ' << u.x << ' ' << u.y;
+    }
+  }
+}
+
 TEST(Warp, DiskOfTheExtremeCorners) {
   for (const float x : {0.0f, 0.5f, kOneMinusEpsilon}) {
     for (const float y : {0.0f, 0.5f, kOneMinusEpsilon}) {

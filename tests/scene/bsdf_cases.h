@@ -23,7 +23,6 @@ inline std::vector<BsdfCase> BsdfCases() {
       {"conductor 0.3", Bsdf::Conductor(kGoldEta, kGoldK, {0.3f, 0.3f})},
       {"conductor 0.2 x 0.5", Bsdf::Conductor(kGoldEta, kGoldK, {0.2f, 0.5f})},
       {"conductor 1", Bsdf::Conductor(kGoldEta, kGoldK, {1, 1})},
-      {"conductor 0.7 compensated", Bsdf::Conductor(kGoldEta, kGoldK, {0.7f, 0.7f}, true)},
       {"smooth conductor", Bsdf::Conductor(kGoldEta, kGoldK, {0, 0})},
       {"dielectric 1.5, 0.1", Bsdf::Dielectric(1.5f, {0.1f, 0.1f})},
       {"dielectric 1.33, 0.2 x 0.5", Bsdf::Dielectric(1.33f, {0.2f, 0.5f})},

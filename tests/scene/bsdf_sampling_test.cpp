@@ -11,7 +11,7 @@ namespace {
 // angles, too narrow for the quadrature of the expected counts (their density's integral is tested below all the same).
 const std::vector<Vec3> kOutgoing = {Direction(0),         Direction(35),  Direction(80, 200),
                                      Direction(88.5, 100), Direction(140), Direction(93, 90)};
-const double kLevel = SidakLevel(0.01, 23 * 6);
+const double kLevel = SidakLevel(0.01, 22 * 6);
 
 std::optional<Vec3> SmoothSample(const Bsdf& bsdf, Vec3 wo, Random& random) {
   const float u_lobe = random.Next1D();

@@ -1,4 +1,4 @@
-// GGX, its sampler, its albedo table, and the Fresnel equations.
+// GGX, its sampler, and the Fresnel equations.
 #include "core/scene/microfacet.h"
 
 #include <gtest/gtest.h>
@@ -87,27 +87,6 @@ TEST(Ggx, SampledNormalsAreUnitAndUpright) {
   }
 }
 
-TEST(Ggx, AlbedoTableIsTheMonteCarloAlbedo) {
-  for (const float alpha : {0.05f, 0.1f, 0.37f, 0.7f, 1.0f}) {
-    double mean = 0;
-    for (const float mu : {0.05f, 0.31f, 0.7f, 1.0f}) {
-      Random random(31);
-      Moments m;
-      const Ggx ggx{{alpha, alpha}};
-      const Vec3 wo{SafeSqrt(1 - mu * mu), 0, mu};
-      for (int i = 0; i < 50000; ++i) {
-        const Vec3 normal = ggx.SampleVisible(wo, random.Next2D());
-        const Vec3 wi = normal * (2 * Dot(wo, normal)) - wo;
-        m.Add(wi.z > 0 ? MaskingWeight(ggx.Stretch(wo), wo.z, ggx.Stretch(wi), wi.z) : 0);
-      }
-      const TestResult r = TTest(m, GgxAlbedo(mu, alpha), SidakLevel(0.01, 20), mu < 0.1f ? 6e-3 : 1e-3);
-      EXPECT_TRUE(r.accepted) << alpha << ' ' << mu << ": " << r.message;
-    }
-    for (int i = 0; i < 1000; ++i) mean += GgxAlbedo(std::sqrt((static_cast<float>(i) + 0.5f) / 1000), alpha) / 1000;
-    EXPECT_NEAR(mean, GgxMeanAlbedo(alpha), 2e-3);
-  }
-}
-
 // ---- Fresnel --------------------------------------------------------------------------------------------------------
 
 double ReferenceFresnel(double cos_i, std::complex<double> eta) {
@@ -149,13 +128,6 @@ TEST(Fresnel, ConductorMatchesTheComplexForm) {
     }
   }
   EXPECT_LT(worst, 1e-4);
-}
-
-TEST(Fresnel, ConductorMeanIsTheIntegral) {
-  double sum = 0;
-  for (int i = 0; i < 10000; ++i)
-    sum += FresnelConductor(std::sqrt((static_cast<float>(i) + 0.5f) / 10000), kGoldEta, kGoldK).g / 10000;
-  EXPECT_NEAR(FresnelConductorMean(kGoldEta, kGoldK).g, sum, 2e-3);
 }
 
 TEST(Fresnel, RefractionFollowsSnell) {

@@ -59,6 +59,15 @@ TEST(PbrtMaterials, RoughnessIsRemappedToItsSquareRoot) {
   EXPECT_TRUE(textured.remap);
 }
 
+TEST(PbrtMaterials, RoughnessAboveOneIsOneWhereItIsLeftOut) {
+  const auto scene = ParseWorld("Material \"dielectric\" \"float roughness\" 2 \"bool remaproughness\" false", true);
+  const auto roughness = Get<DielectricMaterial>(scene.materials.back().kind).roughness;
+  EXPECT_EQ(roughness.u.value, 1);
+  EXPECT_EQ(roughness.v.value, 1);
+  EXPECT_EQ(scene.left_out.size(), 1u);  // of both axes
+  EXPECT_EQ(Made<DielectricMaterial>("\"dielectric\" \"float roughness\" 1").roughness.u.value, 1);
+}
+
 TEST(PbrtMaterials, Conductor) {
   const auto copper = Made<ConductorMaterial>("\"conductor\"");
   EXPECT_FALSE(copper.has_reflectance);
@@ -196,6 +205,12 @@ TEST(PbrtMaterials, RefusesByNameAndPlace) {
       {"Material \"conductor\" \"float eta\" 1.5", kBad, "2:22", "expected \"rgb eta\""},
       {"Material \"conductor\" \"float roughness\" -1", kBad, "2:22", "must not be negative"},
       {"Material \"conductor\" \"float uroughness\" -1", kBad, "2:22", "must not be negative"},
+      {"Material \"conductor\" \"float roughness\" 1.5", kNo, "2:22", "roughness ends at 1"},
+      {"Material \"dielectric\" \"float roughness\" 1 \"float vroughness\" 2", kNo, "2:43", "\"float vroughness\""},
+      {"Material \"coateddiffuse\" \"bool remaproughness\" false \"float uroughness\" 1.01", kNo, "2:54",
+       "is not supported"},
+      {"Material \"coatedconductor\" \"float interface.roughness\" 2", kNo, "2:28", "\"float interface.roughness\""},
+      {"Material \"coatedconductor\" \"float conductor.vroughness\" 2", kNo, "2:28", "\"float conductor.vroughness\""},
       {"Material \"conductor\" \"rgb roughness\" [1 1 1]", kBad, "2:22", "expected \"float roughness\""},
       {"Material \"dielectric\" \"float eta\" 0", kBad, "2:23", "greater than 0"},
       {"Material \"dielectric\" \"rgb eta\" [1 1 1]", kBad, "2:23", "expected \"float eta\""},
@@ -214,6 +229,9 @@ TEST(PbrtMaterials, RefusesByNameAndPlace) {
        kBad, "2:93", "between 0 and 1"},
       {"MakeNamedMaterial \"a\" \"string type\" \"mix\" \"string materials\" [\"a\" \"a\"]", kBad, "2:1",
        "contains itself"},
+      {"MakeNamedMaterial \"a\" \"string type\" \"mix\" \"string materials\" [\"b\" \"b\"] MakeNamedMaterial \"b\" "
+       "\"string type\" \"mix\" \"string materials\" [\"b\" \"a\"]",
+       kBad, "2:72", "contains itself"},
       {"NamedMaterial \"m\"", kBad, "2:1", "material \"m\" is used"},
       {"MakeNamedMaterial \"m\"", kBad, "2:1", "needs a \"string type\""},
       {"MakeNamedMaterial \"m\" \"string type\" \"glass\"", kBad, "2:1", "supported here: diffuse"},

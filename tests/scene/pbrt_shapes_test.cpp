@@ -19,6 +19,9 @@ TEST(PbrtShapes, TriangleMesh) {
   EXPECT_EQ(mesh.uvs.at(2), (Vec2{1, 1}));
   const auto single = Made<TriangleMesh>("\"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0]");
   EXPECT_EQ(single.triangles.size(), 1u);
+  EXPECT_EQ(Made<TriangleMesh>("\"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0] \"normal3 N\" [0 0 1 0 1 0 1 0 0]")
+                .normals.at(1),
+            (Vec3{0, 1, 0}));
   EXPECT_TRUE(single.normals.empty());
   EXPECT_TRUE(single.uvs.empty());
 }
@@ -96,6 +99,14 @@ TEST(PbrtShapes, RefusesByNameAndPlace) {
       {"Shape \"cylinder\" \"float radius\" 1", kNo, "2:1", "use trianglemesh"},
       {"Shape \"loopsubdiv\"", kNo, "2:1", "use trianglemesh"},
       {"Shape \"cone\"", kNo, "2:1", "use trianglemesh"},
+      {"Shape \"heightfield\" \"integer nu\" 2", kNo, "2:1", "\"heightfield\" is not supported; use trianglemesh"},
+      {"Shape \"hyperboloid\"", kNo, "2:1", "\"hyperboloid\" is not supported; use trianglemesh"},
+      {"Shape \"nurbs\"", kNo, "2:1", "\"nurbs\" is not supported; use trianglemesh"},
+      {"Shape \"paraboloid\" \"float zmax\" 1", kNo, "2:1", "\"paraboloid\" is not supported; use trianglemesh"},
+      {"Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 1 1 0] \"vector2 uv\" [0 0 0 0 0 0]", kBad, "2:53",
+       "expected \"point2 uv\""},
+      {"Shape \"trianglemesh\" \"vector P\" [0 0 0 1 0 0 1 1 0]", kBad, "2:22", "\"vector3 P\""},
+      {"Shape \"trianglemesh\" \"normal3 P\" [0 0 0 1 0 0 1 1 0]", kBad, "2:22", "\"normal P\""},
       {"Shape \"trianglemesh\"", kBad, "2:1", "needs \"point3 P\""},
       {"Shape \"trianglemesh\" \"point3 P\" [0 0]", kBad, "2:22", "three numbers a value"},
       {"Shape \"trianglemesh\" \"point3 P\" []", kBad, "2:22", "three numbers a value"},

@@ -60,45 +60,5 @@ TEST(GuidedMeanTest, AMeanThatIsThreePercentOffIsSeen) {
   EXPECT_FALSE(test::WelchTest(wrong[4], reference[4], kLevel).accepted);
 }
 
-// Closed boxes where every ray meets emission Le on a surface of albedo a: radiance is Le / (1 - a) times (1 - a^(depth
-// + 1)) everywhere.
-TEST(AnalyticTest, FurnaceBoxes) {
-  for (const std::string& method : {std::string("path"), std::string("sdtree")})
-    for (const std::string& nee : {std::string("never"), std::string("always")})
-      for (const double albedo : {0.0, 0.5, 0.8}) {
-        const int depth = 12;
-        const std::string text = "Integrator \"path\" \"integer maxdepth\" [" + std::to_string(depth) + R"(]
-PixelFilter "box"
-Film "rgb" "integer xresolution" [8] "integer yresolution" [8]
-Camera "perspective" "float fov" [60]
-WorldBegin
-AreaLightSource "diffuse" "rgb L" [1 1 1] "bool twosided" [true]
-Material "diffuse" "rgb reflectance" [)" +
-                                 std::to_string(albedo) + " " + std::to_string(albedo) + " " + std::to_string(albedo) +
-                                 R"(]
-Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1  -1 1 -1  1 1 -1  1 1 1  -1 1 1]
-  "integer indices" [0 2 1 0 3 2  4 5 6 4 6 7  3 6 2 3 7 6  0 4 7 0 7 3  1 2 6 1 6 5  0 1 5 0 5 4]
-)";
-        const CompiledJob compiled = CompileJob(ParsePbrtText(text, "furnace.pbrt", "."), JobSpec{});
-        test::Moments mean;
-        for (uint64_t seed = 1; seed <= 8; ++seed) {
-          JobSpec job;
-          job.method = method;
-          job.options["nee"] = nee;
-          if (method == "sdtree") job.options["combine"] = "discard";
-          job.budget.spp = 63;
-          job.seed = seed;
-          double sum = 0;
-          const Image image = test::Render(compiled, job).image;
-          for (const Rgb pixel : image.pixels) sum += Luminance(pixel);
-          mean.Add(sum / static_cast<double>(image.size()));
-        }
-        double expected = 0;
-        for (int bounce = 0; bounce <= depth; ++bounce) expected += std::pow(albedo, bounce);
-        const test::TestResult result = test::TTest(mean, expected, test::SidakLevel(0.01, 12), 2e-5 * expected);
-        EXPECT_TRUE(result.accepted) << method << ", nee " << nee << ", albedo " << albedo << ": " << result.message;
-      }
-}
-
 }  // namespace
 }  // namespace lodestar
