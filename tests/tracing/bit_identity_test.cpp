@@ -13,14 +13,42 @@
 namespace lodestar {
 namespace {
 
-JobSpec GuidedJob(const std::string& method = "sdtree") {
+JobSpec GuidedJob(const std::string& method = "sdtree", std::map<std::string, std::string> options = {}) {
   JobSpec job;
   job.method = method;
-  if (method == "grid") job.options = {{"batch", "2"}, {"steps", "4"}};
-  if (method == "auto") job.options = {{"pilot", "1000"}};  // so that there is a race in so small a picture
+  job.options = std::move(options);
   job.budget.spp = 15;
   job.seed = 7;
   return job;
+}
+
+// Every method, and what an SD-tree learns from and is made by under other options.
+std::vector<JobSpec> GuidedJobs() {
+  std::vector<JobSpec> jobs = {
+      GuidedJob("sdtree"),
+      GuidedJob("focal"),
+      GuidedJob("grid", {{"batch", "2"}, {"steps", "4"}}),
+      GuidedJob("auto", {{"pilot", "1000"}}),  // so that there is a race in so small a picture
+      GuidedJob("sdtree", {{"target", "full"},
+                           {"reconstruction", "dense"},
+                           {"nee", "kickstart"},
+                           {"spatial-filter", "box"},
+                           {"directional-filter", "box"},
+                           {"lights", "power"},
+                           {"roulette", "contribution"}}),
+      GuidedJob("sdtree", {{"product", "on"}, {"target", "radiance"}, {"learn", "all"}, {"roulette", "throughput"}}),
+      GuidedJob("sdtree",
+                {{"bsdf-fraction", "learned-variance"}, {"directional-filter", "nearest"}, {"nee", "never"}})};
+  // Long enough for switching to record its full target.
+  jobs.push_back(GuidedJob("sdtree", {{"target", "switching"}, {"training", "5"}}));
+  jobs.back().budget.spp = 47;
+  return jobs;
+}
+
+std::string Text(const JobSpec& job) {
+  std::string text = job.method;
+  for (const auto& [name, value] : job.options) text += " " + name + "=" + value;
+  return text;
 }
 
 // A scene of coplanar duplicate triangles in several meshes: which of them is hit first must not depend on how a tree
@@ -45,14 +73,15 @@ void ExpectSameImage(const Image& a, const Image& b) {
 }
 
 TEST(BitIdentityTest, ThreadsDoNotShow) {
-  for (const std::string method : {"sdtree", "focal", "grid", "auto"}) {
+  for (const JobSpec& job : GuidedJobs()) {
+    SCOPED_TRACE(Text(job));
     for (const std::string& text :
          {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text, test::kSmallScenes[5].text}) {
-      const test::Rendered one = test::RenderText(text, GuidedJob(method), 1);
+      const test::Rendered one = test::RenderText(text, job, 1);
       for (const int threads : {2, 5}) {
-        const test::Rendered many = test::RenderText(text, GuidedJob(method), threads);
+        const test::Rendered many = test::RenderText(text, job, threads);
         ExpectSameImage(one.image, many.image);
-        EXPECT_TRUE(one.state == many.state) << method;
+        EXPECT_TRUE(one.state == many.state);
       }
     }
   }
@@ -110,8 +139,8 @@ class ShuffledExecutor final : public Executor {
 };
 
 TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
-  for (const std::string method : {"sdtree", "focal", "grid", "auto"}) {
-    const JobSpec job = GuidedJob(method);
+  for (const JobSpec& job : GuidedJobs()) {
+    SCOPED_TRACE(Text(job));
     const CompiledJob compiled = CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job);
     const test::Rendered plain = test::Render(compiled, job);
     for (uint32_t seed = 1; seed <= 4; ++seed) {
@@ -120,7 +149,7 @@ TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
       const StopToken stop;
       loop.Run(executor, stop, {});
       ExpectSameImage(plain.image, loop.Develop());
-      EXPECT_TRUE(plain.state == loop.state()->Serialize()) << method;
+      EXPECT_TRUE(plain.state == loop.state()->Serialize());
     }
   }
 }
