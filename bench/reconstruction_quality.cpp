@@ -109,6 +109,7 @@ void PrintCost(const Recording& recording, double threshold, int max_depth) {
       if (recording.tree->leaf(leaf).depth >= least_depth && !IsEmpty(recording.masses[leaf].total))
         trees.push_back(&recording.masses[leaf]);
     }
+    if (trees.empty()) continue;
     const auto milliseconds = [&](const auto& make) {
       const double begin = CpuSeconds();
       for (const CellMasses* const masses : trees) make(*masses);

@@ -12,8 +12,9 @@
 //        time          at equal time, with and without the limit on the workload (tables 5.4 and 5.5)
 //
 // Relative errors are estimated from the variances of the last iteration alone (combine=discard), of PASSES samples a
-// pixel, 64 unless given; the document renders 512, which divides all of them by the same 8. Next event estimation is
-// on: without it 64 samples do not tell the error. Printed are means over the seeds; ratios are to the first row,
+// pixel, 64 unless given (more than 32, which the longest training has: the longest iteration is the image); the
+// document renders 512, which divides all of them by the same 8. Next event estimation is on: without it 64 samples do
+// not tell the error. Printed are means over the seeds; ratios are to the first row,
 // geometric means, with the standard error of their logarithm, of the errors without the worst 0.1 % of the pixels and
 // of those with them. An error falls as one over the time, so the ratio of error times time is the ratio of errors at
 // equal time.
@@ -222,7 +223,7 @@ int Run(int argc, char** argv) {
   const long seeds = argc > 4 ? std::strtol(argv[3], nullptr, 10) : 0;
   unsigned passes = 64;
   if (settings.empty() || seeds < 1 ||
-      std::sscanf(argv[2], "%ux%ux%u", &job.resolution_x, &job.resolution_y, &passes) < 2 || passes < 1) {
+      std::sscanf(argv[2], "%ux%ux%u", &job.resolution_x, &job.resolution_y, &passes) < 2 || passes <= 32) {
     std::fprintf(stderr,
                  "usage: reconstruction_study after|after-budget|during|sigma|budget|time WIDTHxHEIGHT[xPASSES] SEEDS "
                  "SCENE.pbrt...\n");
