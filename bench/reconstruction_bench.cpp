@@ -137,7 +137,7 @@ struct Method {
 std::vector<Method> Methods() {
   const auto dense = [](float sigma) {
     return [sigma](const CellMasses& m, double threshold, int depth) {
-      return directional::ReconstructDense(m, {.sigma = sigma}, threshold, depth);
+      return directional::ReconstructDense(m, sigma, threshold, depth);
     };
   };
   return {{"dense 0.5", dense(0.5f)}, {"dense 0.8", dense(0.8f)}, {"native", directional::ReconstructNative}};
@@ -200,7 +200,7 @@ void Cost(const std::vector<RecordedTree>& trees) {
     for (int i = 0; i < 5; ++i) {
       plain.push_back(Time(20, [&] { synthetic::Plain(t.masses, 0.01, 20); }));
       native.push_back(Time(20, [&] { directional::ReconstructNative(t.masses, 0.01, 20); }));
-      dense.push_back(Time(1, [&] { directional::ReconstructDense(t.masses, {}, 0.01, 20); }));
+      dense.push_back(Time(1, [&] { directional::ReconstructDense(t.masses, 0.8f, 0.01, 20); }));
     }
     std::vector<Sums*> into = {&by_depth[t.tree.depth], &all};
     if (t.tree.depth >= 10) into.push_back(&deep);

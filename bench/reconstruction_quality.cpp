@@ -5,7 +5,7 @@
 //
 // After 15 training samples a pixel, trees are made from 16 more, and compared with what 256 further samples recorded
 // in the same cells. chi-square is the second moment of guiding by (0.7 tree + 0.3 uniform) towards that, 1 at best;
-// the geometric mean over leaves, and its ratio to the tree as recorded.
+// the geometric mean over leaves, and its ratio to the tree as recorded. Then what making them costs, on one thread.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -26,6 +26,7 @@ using directional::CellMasses;
 constexpr uint32_t kIteration = 4;
 constexpr uint64_t kPasses = 16, kTruthPasses = 256;
 constexpr double kUniform = 0.3;
+constexpr float kSigmas[] = {0.5f, 0.8f};  // of dense reconstruction
 
 struct Recording {
   std::shared_ptr<const SdTree> tree;  // what the masses' nodes belong to
@@ -92,6 +93,40 @@ double ChiSquare(const std::vector<double>& truth, const std::vector<double>& gu
   return sum;
 }
 
+bool IsEmpty(const std::vector<double>& masses) {
+  return std::none_of(masses.begin(), masses.end(), [](double mass) { return mass > 0; });
+}
+
+// In CPU time, over all trees and over the deep ones, which dense matrices are slow for (`dense` only rebuilds those of
+// more than kMaxDenseDepth levels).
+void PrintCost(const Recording& recording, double threshold, int max_depth) {
+  std::printf(
+      "\n| trees | number | rebuild, ms | native, ms | dense, ms | dense / native |\n"
+      "| --- | ---: | ---: | ---: | ---: | ---: |\n");
+  for (const int least_depth : {1, 10}) {
+    std::vector<const CellMasses*> trees;
+    for (uint32_t leaf = 0; leaf < recording.tree->leaf_count(); ++leaf) {
+      if (recording.tree->leaf(leaf).depth >= least_depth && !IsEmpty(recording.masses[leaf].total))
+        trees.push_back(&recording.masses[leaf]);
+    }
+    if (trees.empty()) continue;
+    const auto milliseconds = [&](const auto& make) {
+      const double begin = CpuSeconds();
+      for (const CellMasses* const masses : trees) make(*masses);
+      return 1000 * (CpuSeconds() - begin);
+    };
+    const double rebuild = milliseconds([&](const CellMasses& m) {
+      return directional::Rebuild(m.nodes, m.node_count, m.total, threshold, max_depth);
+    });
+    const double native =
+        milliseconds([&](const CellMasses& m) { return directional::ReconstructNative(m, threshold, max_depth); });
+    const double dense = milliseconds(
+        [&](const CellMasses& m) { return directional::ReconstructDense(m, kSigmas[0], threshold, max_depth); });
+    std::printf("| depth %d and more | %zu | %.1f | %.1f | %.1f | %.1f |\n", least_depth, trees.size(), rebuild, native,
+                dense, dense / native);
+  }
+}
+
 void Study(const char* path, const JobSpec& job) {
   const CompiledJob compiled = CompileJob(ParsePbrtFile(path), job);
   const Recording first = Record(compiled, job, kPasses), all = Record(compiled, job, kPasses + kTruthPasses);
@@ -108,16 +143,13 @@ void Study(const char* path, const JobSpec& job) {
   for (uint32_t leaf = 0; leaf < first.tree->leaf_count(); ++leaf) {
     const CellMasses& masses = first.masses[leaf];
     const std::vector<double> truth = Further(all.masses[leaf], masses, roots);
-    const auto empty = [](const std::vector<double>& m) {
-      return std::all_of(m.begin(), m.end(), [](double x) { return !(x > 0); });
-    };
-    if (empty(masses.total) || empty(truth)) continue;
+    if (IsEmpty(masses.total) || IsEmpty(truth)) continue;
     std::vector<double> area(truth.size()), guide(truth.size());
     Spread(masses.nodes, 0, nullptr, 0, 1, &area);
     const directional::Tree trees[] = {
         directional::Rebuild(masses.nodes, masses.node_count, masses.total, threshold, depth),
-        directional::ReconstructDense(masses, {.sigma = 0.5f}, threshold, depth),
-        directional::ReconstructDense(masses, {.sigma = 0.8f}, threshold, depth),
+        directional::ReconstructDense(masses, kSigmas[0], threshold, depth),
+        directional::ReconstructDense(masses, kSigmas[1], threshold, depth),
         directional::ReconstructNative(masses, threshold, depth)};
     Sums& sums = by_records[static_cast<int>(std::log2(std::max(first.records[leaf], 1.0)) / 2)];
     ++sums.leaves;
@@ -136,6 +168,7 @@ void Study(const char* path, const JobSpec& job) {
     for (const size_t kind : {1, 2, 3}) std::printf(" %.2f |", mean(kind) / mean(0));
     std::printf("\n");
   }
+  PrintCost(first, threshold, depth);
 }
 
 int Run(int argc, char** argv) {

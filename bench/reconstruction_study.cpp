@@ -1,19 +1,23 @@
 // The experiments of Nilsson 2023, section 5.2, on scenes of one's own: what reconstruction of the directional trees
 // and switching of their target change in the error after 31 training samples a pixel.
 //
-//   build/release/bin/reconstruction_study STUDY WIDTHxHEIGHT SEEDS SCENE.pbrt...
+//   build/release/bin/reconstruction_study STUDY WIDTHxHEIGHT[xPASSES] SEEDS SCENE.pbrt...
 //
-// STUDY: after   reconstruction after the last training iteration only, all from the same trees (table 5.2)
-//        during  reconstruction between all iterations, each target (table 5.3), and our defaults without and with it
-//        sigma   the Gaussian's width (figure 5.2)
-//        budget  3 to 63 training samples (figures 5.5 and 5.6)
-//        time    at equal time, with and without the limit on the workload (tables 5.4 and 5.5)
+// STUDY: after         reconstruction after the last training iteration only, all from the same trees (table 5.2)
+//        after-budget  the same after 3 to 63 training samples (figure 5.5)
+//        during        reconstruction between all iterations, each target (table 5.3), and our defaults without and
+//                      with it
+//        sigma         the Gaussian's width (figure 5.2)
+//        budget        3 to 63 training samples (figure 5.6)
+//        time          at equal time, with and without the limit on the workload (tables 5.4 and 5.5)
 //
-// Relative errors are estimated from the variances of the last iteration alone (combine=discard), of 64 samples a
-// pixel; the document renders 512, which divides all of them by the same 8. Next event estimation is on: without it 64
-// samples do not tell the error. Printed are means over the seeds; ratios are to the first row, geometric means, with
-// the standard error of their logarithm. An error falls as one over the time, so the ratio of error times time is the
-// ratio of errors at equal time.
+// Relative errors are estimated from the variances of the last iteration alone (combine=discard), of PASSES samples a
+// pixel, 64 unless given (more than 32, which the longest training has: the longest iteration is the image); the
+// document renders 512, which divides all of them by the same 8. Next event estimation is on: without it 64 samples do
+// not tell the error. Printed are means over the seeds; ratios are to the first row,
+// geometric means, with the standard error of their logarithm, of the errors without the worst 0.1 % of the pixels and
+// of those with them. An error falls as one over the time, so the ratio of error times time is the ratio of errors at
+// equal time.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -30,8 +34,6 @@
 
 namespace lodestar {
 namespace {
-
-constexpr uint64_t kRenderingPasses = 64;
 
 struct Setting {
   std::string name;
@@ -56,17 +58,30 @@ Setting Default(const std::string& name, std::map<std::string, std::string> opti
   return {name, std::move(options)};
 }
 
-std::vector<Setting> Settings(const std::string& study) {
+// Of the same trees; without the limit on the workload, which the document turns off there.
+std::vector<Setting> AfterTraining(const std::string& name, int training_iterations) {
   using Reconstruction = SdTreeOptions::Reconstruction;
+  const std::pair<const char*, Reconstruction> kinds[] = {
+      {"", Reconstruction::kNone}, {", dense", Reconstruction::kDenseUnlimited}, {", native", Reconstruction::kNative}};
+  std::vector<Setting> settings;
+  for (const auto& [suffix, kind] : kinds) {
+    settings.push_back(Paper(name + suffix, "full", "native"));  // native: halves are kept
+    settings.back().training_iterations = training_iterations;
+    settings.back().after_training = kind;
+  }
+  return settings;
+}
+
+std::vector<Setting> Settings(const std::string& study) {
+  constexpr int kBudgets[] = {2, 3, 4, 5, 6};  // iterations
+  const auto samples = [](int iterations) { return std::to_string((1 << iterations) - 1) + " samples, "; };
   std::vector<Setting> settings;
   if (study == "after") {
-    const std::pair<const char*, Reconstruction> kinds[] = {{"full", Reconstruction::kNone},
-                                                            {"full, dense", Reconstruction::kDense},
-                                                            {"full, native", Reconstruction::kNative}};
-    for (const auto& [name, kind] : kinds) {
-      settings.push_back(Paper(name, "full", "native"));  // native: halves are kept
-      settings.back().after_training = kind;
-    }
+    settings = AfterTraining("full", 5);
+  } else if (study == "after-budget") {
+    for (const int iterations : kBudgets)
+      for (Setting& setting : AfterTraining(samples(iterations) + "full", iterations))
+        settings.push_back(std::move(setting));
   } else if (study == "during") {
     settings = {Paper("full", "full", "none"),
                 Paper("full, dense", "full", "dense-unlimited"),
@@ -95,11 +110,14 @@ std::vector<Setting> Settings(const std::string& study) {
                 Default("defaults, not reconstructed", {{"reconstruction", "none"}}),
                 Default("defaults", {})};
   } else if (study == "budget") {
-    for (const int iterations : {2, 3, 4, 5, 6}) {
-      for (const char* reconstruction : {"none", "dense-unlimited", "native"}) {
-        const std::string passes = std::to_string((1 << iterations) - 1) + " samples, ";
-        settings.push_back(Paper(passes + reconstruction, "switching", reconstruction));
-        settings.back().training_iterations = iterations;
+    for (const int iterations : kBudgets) {
+      for (Setting setting :
+           {Paper("full", "full", "none"), Paper("full, dense", "full", "dense-unlimited"),
+            Paper("switching", "switching", "none"), Paper("switching, dense", "switching", "dense-unlimited"),
+            Paper("switching, native", "switching", "native")}) {
+        setting.name = samples(iterations) + setting.name;
+        setting.training_iterations = iterations;
+        settings.push_back(std::move(setting));
       }
     }
   }
@@ -107,13 +125,14 @@ std::vector<Setting> Settings(const std::string& study) {
 }
 
 struct Outcome {
-  double error = 0, seconds_learning = 0, seconds = 0;
+  double error = 0, untrimmed = 0, seconds_learning = 0, seconds = 0;
 };
 
+// The job's budget is for what follows training.
 Outcome Render(const CompiledJob& compiled, JobSpec job, const Setting& setting) {
   job.options = setting.options;
   job.training_iterations = setting.training_iterations;
-  job.budget.spp = (uint64_t{1} << setting.training_iterations) - 1 + kRenderingPasses;
+  job.budget.spp += (uint64_t{1} << setting.training_iterations) - 1;
   const MethodFactory make_method = [&](const JobSpec& spec, const Survey& survey) -> std::unique_ptr<Method> {
     if (!setting.after_training) return MakeMethod(spec, survey);
     // Until training ends the trees are the same whatever comes.
@@ -127,7 +146,8 @@ Outcome Render(const CompiledJob& compiled, JobSpec job, const Setting& setting)
   LocalExecutor executor(compiled.scene, job, *method);
   loop.Run(executor, {}, {});
   const JobReport report = loop.Report();
-  return {EstimateError(loop.Develop()).relmse_trimmed, report.seconds_learning, report.seconds};
+  const EstimatedError error = EstimateError(loop.Develop());
+  return {error.relmse_trimmed, error.relmse, report.seconds_learning, report.seconds};
 }
 
 // Ratios to those of the first setting, seed by seed.
@@ -149,7 +169,7 @@ class PairedRatio {
 
 struct Row {
   double error = 0, learning = 0;  // sums over the seeds
-  PairedRatio errors, at_equal_time;
+  PairedRatio errors, untrimmed, at_equal_time;
 };
 
 // Seed by seed, all settings one after the other, each time beginning with another one: a machine that grows slower
@@ -173,20 +193,24 @@ void Study(const char* path, const JobSpec& job, uint64_t seeds, const std::vect
       rows[i].error += outcome.error;
       rows[i].learning += outcome.seconds_learning / outcome.seconds;
       rows[i].errors.Add(outcome.error, baseline.error);
+      rows[i].untrimmed.Add(outcome.untrimmed, baseline.untrimmed);
       rows[i].at_equal_time.Add(outcome.error * outcome.seconds, baseline.error * baseline.seconds);
     }
   }
   std::fprintf(stderr, "\r");
   std::printf(
-      "\n%s, %ux%u, %llu seeds\n\n| setting | relMSE | ratio | +- | ratio at equal time | +- | learning |\n"
-      "| --- | ---: | ---: | ---: | ---: | ---: | ---: |\n",
-      path, job.resolution_x, job.resolution_y, static_cast<unsigned long long>(seeds));
+      "\n%s, %ux%u, %llu passes, %llu seeds\n\n"
+      "| setting | relMSE | ratio | +- | ratio, untrimmed | +- | ratio at equal time | +- | learning |\n"
+      "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
+      path, job.resolution_x, job.resolution_y, static_cast<unsigned long long>(job.budget.spp),
+      static_cast<unsigned long long>(seeds));
   const double n = static_cast<double>(seeds);
   for (size_t i = 0; i < settings.size(); ++i) {
     const Row& row = rows[i];
-    std::printf("| %s | %.4g | %.3f | %.1f %% | %.3f | %.1f %% | %.1f %% |\n", settings[i].name.c_str(), row.error / n,
-                row.errors.mean(), 100 * row.errors.standard_error(), row.at_equal_time.mean(),
-                100 * row.at_equal_time.standard_error(), 100 * row.learning / n);
+    std::printf("| %s | %.4g |", settings[i].name.c_str(), row.error / n);
+    for (const PairedRatio& ratio : {row.errors, row.untrimmed, row.at_equal_time})
+      std::printf(" %.3f | %.1f %% |", ratio.mean(), 100 * ratio.standard_error());
+    std::printf(" %.1f %% |\n", 100 * row.learning / n);
   }
   std::fflush(stdout);
 }
@@ -197,11 +221,15 @@ int Run(int argc, char** argv) {
   job.method = "sdtree";
   job.filter = "box";
   const long seeds = argc > 4 ? std::strtol(argv[3], nullptr, 10) : 0;
-  if (settings.empty() || seeds < 1 || std::sscanf(argv[2], "%ux%u", &job.resolution_x, &job.resolution_y) != 2) {
+  unsigned passes = 64;
+  if (settings.empty() || seeds < 1 ||
+      std::sscanf(argv[2], "%ux%ux%u", &job.resolution_x, &job.resolution_y, &passes) < 2 || passes <= 32) {
     std::fprintf(stderr,
-                 "usage: reconstruction_study after|during|sigma|budget|time WIDTHxHEIGHT SEEDS SCENE.pbrt...\n");
+                 "usage: reconstruction_study after|after-budget|during|sigma|budget|time WIDTHxHEIGHT[xPASSES] SEEDS "
+                 "SCENE.pbrt...\n");
     return 2;
   }
+  job.budget.spp = passes;
   for (int i = 4; i < argc; ++i) Study(argv[i], job, static_cast<uint64_t>(seeds), settings);
   return 0;
 }

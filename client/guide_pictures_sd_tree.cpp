@@ -78,7 +78,7 @@ std::vector<RemadeTree> RemakeTrees(const GuideFile& file, Vec3 p) {
   const int depth = options.max_directional_depth;
   std::vector<RemadeTree> trees;
   if (!masses.halves[0].empty()) trees.push_back({"native", directional::ReconstructNative(masses, threshold, depth)});
-  trees.push_back({"dense", directional::ReconstructDense(masses, {.sigma = options.dense_sigma}, threshold, depth)});
+  trees.push_back({"dense", directional::ReconstructDense(masses, options.dense_sigma, threshold, depth)});
   trees.push_back(
       {"rebuilt", directional::Rebuild(masses.nodes, masses.node_count, std::move(masses.total), threshold, depth)});
   return trees;

@@ -16,7 +16,7 @@ struct ProductLobe {
   enum class Kind : uint8_t {
     kDiffuseReflection,    // on wo's side
     kGgxReflection,        // on wo's side, about the mirror direction
-    kDiffuseTransmission,  // on the other side; the stand-in for anything that goes there, such as rough refraction
+    kDiffuseTransmission,  // on the other side
   };
   Kind kind = Kind::kDiffuseReflection;
   float alpha = 1;   // of a GGX lobe; the geometric mean of an anisotropic one's

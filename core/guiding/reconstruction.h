@@ -26,18 +26,12 @@ struct CellMasses {
   std::array<std::vector<double>, 2> halves;
 };
 
-struct DenseReconstruction {
-  // Standard deviation of the Gaussian, in cells of each layer: 0.3 (hardly a change) to 1. The document picks it per
-  // scene and shows 0.8.
-  float sigma = 0.8f;
-};
-
 // The document's method (its chapter 4): every layer of the tree from depth 6 to its deepest as a square matrix,
 // blurred by a 7 x 7 Gaussian with zeros outside; the element-wise maximum over the layers; rebuilt with a flux
 // threshold that may differ from the one used for recording. Trees shallower than 6 or deeper than kMaxDenseDepth are
-// only rebuilt.
-Tree ReconstructDense(const CellMasses& masses, const DenseReconstruction& options, double flux_threshold,
-                      int max_depth);
+// only rebuilt. sigma: the Gaussian's standard deviation, in cells of each layer; 0.3 (hardly a change) to 1. The
+// document picks it per scene and shows 0.8.
+Tree ReconstructDense(const CellMasses& masses, float sigma, double flux_threshold, int max_depth);
 inline constexpr int kMinDenseDepth = 6;
 inline constexpr int kMaxDenseDepth = 12;  // two matrices of 64 MiB
 

@@ -150,14 +150,13 @@ Tree RebuildFrom(Matrix finest, double flux_threshold, int max_depth) {
 
 }  // namespace
 
-Tree ReconstructDense(const CellMasses& masses, const DenseReconstruction& options, double flux_threshold,
-                      int max_depth) {
-  LODESTAR_CHECK(options.sigma > 0);
+Tree ReconstructDense(const CellMasses& masses, float sigma, double flux_threshold, int max_depth) {
+  LODESTAR_CHECK(sigma > 0);
   LODESTAR_CHECK(masses.total.size() == size_t{masses.node_count} * 4);
   const Sums sums = SumUp(masses);
   if (sums.depth < kMinDenseDepth || sums.depth > kMaxDenseDepth)
     return Rebuild(masses.nodes, masses.node_count, masses.total, flux_threshold, max_depth);
-  const auto kernel = Gaussian(options.sigma);
+  const auto kernel = Gaussian(sigma);
   Matrix result(0);
   for (int depth = kMinDenseDepth; depth <= sums.depth; ++depth) {
     Matrix layer = Layer(masses, sums, depth).Blurred(kernel);

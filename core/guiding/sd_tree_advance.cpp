@@ -67,8 +67,7 @@ directional::Tree RebuildTree(const SdTree& tree, directional::CellMasses masses
   switch (reconstruction) {
     case Reconstruction::kDense:
     case Reconstruction::kDenseUnlimited:
-      return directional::ReconstructDense(masses, {.sigma = options.dense_sigma}, flux_threshold,
-                                           options.max_directional_depth);
+      return directional::ReconstructDense(masses, options.dense_sigma, flux_threshold, options.max_directional_depth);
     case Reconstruction::kNative:
       return directional::ReconstructNative(masses, flux_threshold, options.max_directional_depth);
     case Reconstruction::kNone:

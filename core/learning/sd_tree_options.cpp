@@ -61,9 +61,9 @@ MethodEntry SdTreeMethod::Entry() {
            "Default learned (recommended), papers power"},
           {"target", "radiance | simple | full | switching", preset,
            "what the trees are proportional to: incident radiance; the root of the second moment of what a vertex "
-           "reflects (Rath et al. 2020); the same relative to the pixel; simple first and full from the fifth "
-           "iteration "
-           "on (Nilsson 2023). Default switching (recommended); papers, and with a product, radiance"},
+           "reflects (Rath et al. 2020); the same relative to the pixel; simple first and full from the iteration of "
+           "16 "
+           "passes on (Nilsson 2023). Default switching (recommended); papers, and with a product, radiance"},
           {"reconstruction", "none | dense | dense-unlimited | native", preset,
            "smoothing of the trees: as the 2023 document does, on matrices, within its limit on the cost or without; "
            "or "

@@ -11,6 +11,7 @@
 #include "core/learning/roulette.h"
 #include "core/math/sampler.h"
 #include "core/tracing/guide.h"
+#include "core/tracing/path_roulette.h"
 
 namespace lodestar {
 
@@ -31,12 +32,6 @@ struct PathSettings {
 // Dimension pairs of a path: pixel, lens, then four a vertex: (roulette, mix), (lobe or technique, light), direction,
 // position on the light.
 inline constexpr uint32_t kFirstVertexPair = 2, kPairsPerVertex = 4;
-
-// Roulette where the tree knows better than the throughput (docs/decisions/0006-roulette.md): a path's expected
-// contribution is its throughput times the radiance that the tree expects along its new direction, fluence * p_tree.
-// Only a path whose contribution falls below kWindow of what its pixel expects is at stake, after Vorba and Krivanek
-// 2016 (without splitting); the defensive share and the least survival bound what a wrong tree can cost.
-inline constexpr float kWindow = 0.1f, kLeastSurvival = 0.3f;
 
 struct PathCounters {
   uint64_t paths = 0, rays = 0, vertices = 0;
@@ -269,19 +264,14 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       float survival = MaxComponent(roulette_beta);
       if constexpr (kGuided) {
         if (expected > 0 && guide_pdf > 0 && guide_.Fluence(at) > 0) {
-          const float contribution = Luminance(beta) * guide_.Radiance(at, wi, guide_pdf);
-          survival = std::max(contribution / (kWindow * expected), kLeastSurvival);
+          survival = SurvivalByContribution(Luminance(beta) * guide_.Radiance(at, wi, guide_pdf), expected);
         }
       }
-      if (survival < 1) {
-        if (!(u_mix.x < survival)) {
-          if constexpr (kRecording) vertices->back().roulette = 0;
-          break;
-        }
-        beta *= 1 / survival;
-        roulette_beta *= 1 / survival;
-        if constexpr (kRecording) vertices->back().roulette = 1 / survival;
-      }
+      const float survivor = RouletteWeight(survival, u_mix.x);
+      if constexpr (kRecording) vertices->back().roulette = survivor;
+      if (survivor == 0) break;
+      beta *= survivor;
+      roulette_beta *= survivor;
     }
     previous_pdf = delta ? 0 : pdf;
     previous_nee = at.nee_probability;

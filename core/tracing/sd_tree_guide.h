@@ -48,7 +48,9 @@ class SdTreeGuide {
     local.nee_probability = leaf.nee_probability;
     local.lights = tree_.Lights(local.leaf);
     if constexpr (kProduct) {
-      if (leaf.learned) {
+      // Where light is refracted as well, lobes of the reflection alone would send the guide the wrong way
+      // (docs/decisions/0009-product-guiding.md): there the tree guides without them.
+      if (leaf.learned && bsdf.kind() != Bsdf::Kind::kDielectric) {
         const TreeTop& top = tops_[local.leaf];
         top.Prefetch();
         local.product.emplace(tree_.Tree(local.leaf), top, MakeProductLobes(si, bsdf, wo));
@@ -59,11 +61,15 @@ class SdTreeGuide {
     return local;
   }
   GuidedSample Sample(const Local& local, Vec2 u, float) const {
-    if constexpr (kProduct) return local.product->Sample(u);
+    if constexpr (kProduct) {
+      if (local.product) return local.product->Sample(u);
+    }
     return tree_.Sample(local.leaf, u);
   }
   float Pdf(const Local& local, Vec3 wi) const {
-    if constexpr (kProduct) return local.product->Pdf(wi);
+    if constexpr (kProduct) {
+      if (local.product) return local.product->Pdf(wi);
+    }
     return tree_.Pdf(local.leaf, wi);
   }
   // As the kernel sees them at a vertex of this leaf: 1 and 0 where nothing is learned yet.

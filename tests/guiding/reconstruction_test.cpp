@@ -85,7 +85,7 @@ TEST(DenseReconstruction, FollowsTheDocument) {
     const std::vector<double> expected = NaiveDense(t.masses, t.tree.depth, 0.7);
     double total = 0;
     for (double e : expected) total += e;
-    const directional::Tree tree = directional::ReconstructDense(t.masses, {.sigma = 0.7f}, 0.002, 20);
+    const directional::Tree tree = directional::ReconstructDense(t.masses, 0.7f, 0.002, 20);
     // Every cell of the result holds the sum of the elements it covers (or its part of one), up to the integers of its
     // nodes.
     const int n = 1 << t.tree.depth;
@@ -148,7 +148,8 @@ TEST(DenseReconstruction, OnlyRebuildsTreesOutsideItsDepths) {
       t.masses.nodes = t.tree.nodes.data();
     }
     ASSERT_EQ(t.tree.depth, depth == 5 ? 5 : 13);
-    EXPECT_TRUE(SameNodes(directional::ReconstructDense(t.masses, {}, 0.01, 20), synthetic::Plain(t.masses, 0.01, 20)));
+    EXPECT_TRUE(
+        SameNodes(directional::ReconstructDense(t.masses, 0.8f, 0.01, 20), synthetic::Plain(t.masses, 0.01, 20)));
   }
 }
 
@@ -160,7 +161,7 @@ TEST(Reconstruction, KeepsToTheLimitsAndDoesNotDependOnScale) {
     for (double& v : half) v = std::ldexp(v, 40);
   for (const bool dense : {false, true}) {
     const auto reconstruct = [&](const CellMasses& m, double threshold, int depth) {
-      return dense ? directional::ReconstructDense(m, {}, threshold, depth)
+      return dense ? directional::ReconstructDense(m, 0.8f, threshold, depth)
                    : directional::ReconstructNative(m, threshold, depth);
     };
     for (const int depth : {1, 6, 20}) EXPECT_LE(reconstruct(t.masses, 1e-4, depth).depth, depth);

@@ -107,14 +107,21 @@ TEST(Advance, ChildrenInheritAndEmptyLeavesKeep) {
   EXPECT_FALSE(black->HasLearned(0));
 }
 
-TEST(Advance, RadianceOfAnyScaleLearnsTheSame) {
+class AdvanceByTarget : public testing::TestWithParam<SdTreeOptions::Target> {};
+INSTANTIATE_TEST_SUITE_P(All, AdvanceByTarget,
+                         testing::Values(SdTreeOptions::Target::kRadiance, SdTreeOptions::Target::kSimple,
+                                         SdTreeOptions::Target::kFull, SdTreeOptions::Target::kSwitching));
+
+TEST_P(AdvanceByTarget, RadianceOfAnyScaleLearnsTheSame) {
   Training training;
   training.options.spatial_threshold = 1000;
   training.options.bsdf_fraction_loss = SdTreeOptions::BsdfFractionLoss::kNone;
-  const auto reference = Train(training, 4);
+  training.options.target = GetParam();
+  constexpr int kIterations = 5;  // the last records what switching switches to
+  const auto reference = Train(training, kIterations);
   for (float scale : {1e-12f, 1e12f}) {
     training.scale = scale;
-    const auto tree = Train(training, 4);
+    const auto tree = Train(training, kIterations);
     EXPECT_EQ(tree->leaf_count(), reference->leaf_count());
     EXPECT_NEAR(Divergence(*tree, training.field), Divergence(*reference, training.field), 0.05);
     EXPECT_NEAR(tree->leaf(0).mean_flux / scale / reference->leaf(0).mean_flux, 1, 0.05);

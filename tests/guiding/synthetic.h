@@ -61,6 +61,7 @@ inline SdTreeRecord MakeRecord(const SdTree& tree, const Field& field, float sca
   r.pdf = alpha * r.bsdf_pdf + (1 - alpha) * r.tree_pdf;
   r.radiance = scale * field(r.position, r.direction);
   r.product = r.radiance * kUniformSpherePdf;
+  r.relative = r.product / scale;  // pixels are as bright as the field
   return r;
 }
 

@@ -13,14 +13,43 @@
 namespace lodestar {
 namespace {
 
-JobSpec GuidedJob(const std::string& method = "sdtree") {
+JobSpec GuidedJob(const std::string& method = "sdtree", std::map<std::string, std::string> options = {}) {
   JobSpec job;
   job.method = method;
-  if (method == "grid") job.options = {{"batch", "2"}, {"steps", "4"}};
-  if (method == "auto") job.options = {{"pilot", "1000"}};  // so that there is a race in so small a picture
+  job.options = std::move(options);
   job.budget.spp = 15;
   job.seed = 7;
   return job;
+}
+
+// Every method, and what an SD-tree learns from and is made by under other options.
+std::vector<JobSpec> GuidedJobs() {
+  std::vector<JobSpec> jobs = {
+      GuidedJob("sdtree"),
+      GuidedJob("focal"),
+      GuidedJob("grid", {{"batch", "2"}, {"steps", "4"}}),
+      GuidedJob("sdtree+focal"),
+      GuidedJob("auto", {{"pilot", "1000"}}),  // so that there is a race in so small a picture
+      GuidedJob("sdtree", {{"target", "full"},
+                           {"reconstruction", "dense"},
+                           {"nee", "kickstart"},
+                           {"spatial-filter", "box"},
+                           {"directional-filter", "box"},
+                           {"lights", "power"},
+                           {"roulette", "contribution"}}),
+      GuidedJob("sdtree", {{"product", "on"}, {"target", "radiance"}, {"learn", "all"}, {"roulette", "throughput"}}),
+      GuidedJob("sdtree",
+                {{"bsdf-fraction", "learned-variance"}, {"directional-filter", "nearest"}, {"nee", "never"}})};
+  // Long enough for switching to record its full target.
+  jobs.push_back(GuidedJob("sdtree", {{"target", "switching"}, {"training", "5"}}));
+  jobs.back().budget.spp = 47;
+  return jobs;
+}
+
+std::string Text(const JobSpec& job) {
+  std::string text = job.method;
+  for (const auto& [name, value] : job.options) text += " " + name + "=" + value;
+  return text;
 }
 
 // A scene of coplanar duplicate triangles in several meshes: which of them is hit first must not depend on how a tree
@@ -45,14 +74,15 @@ void ExpectSameImage(const Image& a, const Image& b) {
 }
 
 TEST(BitIdentityTest, ThreadsDoNotShow) {
-  for (const std::string method : {"sdtree", "focal", "grid", "sdtree+focal", "auto"}) {
+  for (const JobSpec& job : GuidedJobs()) {
+    SCOPED_TRACE(Text(job));
     for (const std::string& text :
          {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text, test::kSmallScenes[5].text}) {
-      const test::Rendered one = test::RenderText(text, GuidedJob(method), 1);
+      const test::Rendered one = test::RenderText(text, job, 1);
       for (const int threads : {2, 5}) {
-        const test::Rendered many = test::RenderText(text, GuidedJob(method), threads);
+        const test::Rendered many = test::RenderText(text, job, threads);
         ExpectSameImage(one.image, many.image);
-        EXPECT_TRUE(one.state == many.state) << method;
+        EXPECT_TRUE(one.state == many.state);
       }
     }
   }
@@ -110,8 +140,8 @@ class ShuffledExecutor final : public Executor {
 };
 
 TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
-  for (const std::string method : {"sdtree", "focal", "grid", "sdtree+focal", "auto"}) {
-    const JobSpec job = GuidedJob(method);
+  for (const JobSpec& job : GuidedJobs()) {
+    SCOPED_TRACE(Text(job));
     const CompiledJob compiled = CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job);
     const test::Rendered plain = test::Render(compiled, job);
     for (uint32_t seed = 1; seed <= 4; ++seed) {
@@ -120,15 +150,15 @@ TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
       const StopToken stop;
       loop.Run(executor, stop, {});
       ExpectSameImage(plain.image, loop.Develop());
-      EXPECT_TRUE(plain.state == loop.state()->Serialize()) << method;
+      EXPECT_TRUE(plain.state == loop.state()->Serialize());
     }
   }
 }
 
-class ReplayTest : public testing::TestWithParam<const char*> {};
+class ReplayTest : public testing::TestWithParam<JobSpec> {};
 
 TEST_P(ReplayTest, ARunByTimeReplaysFromItsReport) {
-  JobSpec job = GuidedJob(GetParam());
+  JobSpec job = GetParam();
   job.budget = {.seconds = 0.5};
   const CompiledJob compiled = CompileJob(ParsePbrtText(test::kSmallScenes[0].text, "test.pbrt", "."), job);
   const test::Rendered timed = test::Render(compiled, job);
@@ -140,12 +170,11 @@ TEST_P(ReplayTest, ARunByTimeReplaysFromItsReport) {
   EXPECT_EQ(timed.state, again.state);
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, ReplayTest, testing::Values("path", "sdtree", "focal", "grid", "sdtree+focal", "auto"),
-                         [](const auto& info) {
-                           std::string name = info.param;
-                           std::ranges::replace(name, '+', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Of, ReplayTest, testing::ValuesIn(GuidedJobs()), [](const auto& info) {
+  std::string name = info.param.method;
+  std::ranges::replace(name, '+', '_');
+  return name + "_" + std::to_string(info.index);
+});
 
 }  // namespace
 }  // namespace lodestar

@@ -22,13 +22,31 @@ bool AllFinite(const Image& image) {
                      [](Rgb p) { return IsFinite(p) && MinComponent(p) >= 0; });
 }
 
-JobSpec Job(const std::string& method, uint64_t spp = 31) {
+JobSpec Job(const std::string& method, uint64_t spp = 31, std::map<std::string, std::string> options = {}) {
   JobSpec job;
   job.method = method;
+  job.options = std::move(options);
   if (method == "grid") job.options = {{"batch", "2"}, {"steps", "4"}};
   job.budget.spp = spp;
   job.seed = 3;
   return job;
+}
+
+std::vector<JobSpec> Jobs() {
+  return {Job("path"), Job("sdtree"), Job("grid"),
+          // The mean of a focal-guided image of 31 spp spreads by a hundredth; another scale is as good as another seed
+          // to it.
+          Job("focal", 127),
+          // Learns its full target, which four iterations come before.
+          Job("sdtree", 47, {{"training", "5"}}), Job("sdtree", 31, {{"product", "on"}}), Job("sdtree+focal"),
+          // A race, however small the picture.
+          Job("auto", 31, {{"pilot", "1000"}})};
+}
+
+std::string Text(const JobSpec& job) {
+  std::string text = job.method;
+  for (const auto& [name, value] : job.options) text += " " + name + "=" + value;
+  return text;
 }
 
 std::string Number(double v) {
@@ -62,19 +80,15 @@ Shape "trianglemesh" "point3 P" [)" +
 )";
 }
 
-// The mean of a focal-guided image of 31 spp spreads by a hundredth; another scale is as good as another seed to it.
-uint64_t Spp(const std::string& method) {
-  return method == "focal" ? 127 : 31;
-}
-
 TEST(ExtremesTest, EmissionFrom1e12thTo1e12) {
-  for (const std::string method : {"path", "sdtree", "focal", "grid"}) {
-    const double unit = Mean(test::RenderText(ScaledRoom(1, 0, 1), Job(method, Spp(method))).image);
+  for (const JobSpec& job : Jobs()) {
+    SCOPED_TRACE(Text(job));
+    const double unit = Mean(test::RenderText(ScaledRoom(1, 0, 1), job).image);
     ASSERT_GT(unit, 0);
     for (const double emission : {1e-12, 1e-6, 1e6, 1e12}) {
-      const Image image = test::RenderText(ScaledRoom(1, 0, emission), Job(method, Spp(method))).image;
+      const Image image = test::RenderText(ScaledRoom(1, 0, emission), job).image;
       EXPECT_TRUE(AllFinite(image));
-      EXPECT_NEAR(Mean(image) / emission / unit, 1, method == "path" ? 1e-4 : 0.02) << method << " at " << emission;
+      EXPECT_NEAR(Mean(image) / emission / unit, 1, job.method == "path" ? 1e-4 : 0.02) << "at " << emission;
     }
   }
 }
@@ -90,34 +104,36 @@ TEST(ExtremesTest, PointsSpotsAndSkiesFrom1e12thTo1e12) {
         R"("spot" "rgb I" [1 1 1] "point3 from" [0 0.5 0] "point3 to" [0 -1 0.2] "float coneangle" [40])",
         R"("distant" "rgb L" [1 1 1] "point3 from" [0.3 0.4 -1] "point3 to" [0 0 0])",
         R"("infinite" "rgb L" [1 1 1])"}) {
-    for (const std::string method : {"path", "sdtree", "focal", "grid"}) {
-      const double unit = Mean(test::RenderText(RoomLitBy(light, 1), Job(method, Spp(method))).image);
+    for (const JobSpec& job : Jobs()) {
+      SCOPED_TRACE(Text(job));
+      const double unit = Mean(test::RenderText(RoomLitBy(light, 1), job).image);
       ASSERT_GT(unit, 0) << light;
       for (const double strength : {1e-12, 1e12}) {
-        const test::Rendered rendered = test::RenderText(RoomLitBy(light, strength), Job(method, Spp(method)));
+        const test::Rendered rendered = test::RenderText(RoomLitBy(light, strength), job);
         EXPECT_TRUE(AllFinite(rendered.image));
         // Sums that an SD-tree learns from may end at their range up there: counted, and no matter to the image.
         HealthReport health = rendered.report.health;
         health.counts[static_cast<size_t>(HealthEvent::kSaturated)] = 0;
-        EXPECT_EQ(health.total(), 0u) << light << ", " << method << " at " << strength;
-        EXPECT_NEAR(Mean(rendered.image) / strength / unit, 1, method == "path" ? 1e-4 : 0.02)
-            << light << ", " << method << " at " << strength;
+        EXPECT_EQ(health.total(), 0u) << light << " at " << strength;
+        EXPECT_NEAR(Mean(rendered.image) / strength / unit, 1, job.method == "path" ? 1e-4 : 0.02)
+            << light << " at " << strength;
       }
     }
   }
 }
 
 TEST(ExtremesTest, SceneExtentsFrom1e4thTo1e7AndFarFromTheOrigin) {
-  for (const std::string method : {"path", "sdtree", "focal", "grid"}) {
-    const double unit = Mean(test::RenderText(ScaledRoom(1, 0, 1), Job(method, Spp(method))).image);
+  for (const JobSpec& job : Jobs()) {
+    SCOPED_TRACE(Text(job));
+    const double unit = Mean(test::RenderText(ScaledRoom(1, 0, 1), job).image);
     for (const double scale : {1e-4, 1e-2, 1e3, 1e7}) {
-      const test::Rendered rendered = test::RenderText(ScaledRoom(scale, 0, 1), Job(method, Spp(method)));
-      EXPECT_EQ(rendered.report.health.total(), 0u) << method << " at scale " << scale;
-      EXPECT_NEAR(Mean(rendered.image) / unit, 1, method == "focal" ? 0.02 : 0.01) << method << " at scale " << scale;
+      const test::Rendered rendered = test::RenderText(ScaledRoom(scale, 0, 1), job);
+      EXPECT_EQ(rendered.report.health.total(), 0u) << "at scale " << scale;
+      EXPECT_NEAR(Mean(rendered.image) / unit, 1, job.method == "focal" ? 0.02 : 0.01) << "at scale " << scale;
     }
     // A million units away single precision leaves a sixteenth of a unit: a room of 100 units keeps its light.
-    const double far = Mean(test::RenderText(ScaledRoom(100, 1e6, 1), Job(method, Spp(method))).image);
-    EXPECT_NEAR(far / unit, 1, 0.02) << method;
+    const double far = Mean(test::RenderText(ScaledRoom(100, 1e6, 1), job).image);
+    EXPECT_NEAR(far / unit, 1, 0.02);
   }
 }
 
@@ -167,7 +183,8 @@ TEST(ExtremesTest, RoughnessIndexAndAlbedoAtTheirEnds) {
         R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" [0])",
         R"("coateddiffuse" "rgb reflectance" [1 1 1] "float roughness" [1e-4] "bool remaproughness" [false])",
         R"("coatedconductor")"}) {
-    for (const char* method : {"path", "sdtree", "focal", "grid"}) {
+    for (const JobSpec& job : Jobs()) {
+      SCOPED_TRACE(Text(job));
       const test::Rendered rendered =
           test::RenderText(test::Room(std::string(R"(AreaLightSource "diffuse" "rgb L" [5 5 5] "bool twosided" [true]
 Shape "disk" "float radius" [0.3]
@@ -178,7 +195,7 @@ Shape "sphere" "float radius" [0.4]
 AttributeEnd
 )",
                                       std::string("Material ") + material),
-                           Job(method, 15));
+                           job);
       EXPECT_TRUE(AllFinite(rendered.image)) << material;
       EXPECT_EQ(rendered.report.health.counts[static_cast<int>(HealthEvent::kNan)], 0u) << material;
       EXPECT_EQ(rendered.report.health.counts[static_cast<int>(HealthEvent::kInfinite)], 0u) << material;
