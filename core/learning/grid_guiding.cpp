@@ -1,9 +1,11 @@
 #include "core/learning/grid_guiding.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "core/base/check.h"
 #include "core/guiding/grid_advance.h"
+#include "core/guiding/grid_bias.h"
 #include "core/learning/method_options.h"
 
 namespace lodestar {
@@ -127,6 +129,21 @@ std::shared_ptr<const State> GridMethod::Advance(const std::shared_ptr<const Sta
   const auto* learned = dynamic_cast<const GridGuidingStatistics*>(result.statistics);
   LODESTAR_CHECK(learned != nullptr);
   return std::make_shared<GridState>(lodestar::Advance(*grid.grid(), learned->sums()));
+}
+
+std::string GridMethod::Explain(const State& state) const {
+  if (!options_.rules.memo) return {};
+  std::string text = "a -memo sampling, for comparison only: BIASED";
+  const auto* grid = dynamic_cast<const GridState*>(&state);
+  LODESTAR_CHECK(grid != nullptr);
+  if (const auto integrals = MeasureIntegrals(GridSampling(grid->grid(), options_.rules))) {
+    char line[160];
+    std::snprintf(line, sizeof line,
+                  ", as its densities integrate to %.4f, not 1 (mean over voxels and normals, which spread by %.4f)",
+                  integrals->mean, integrals->spread);
+    text += line;
+  }
+  return text;
 }
 
 }  // namespace lodestar
