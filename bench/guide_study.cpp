@@ -7,15 +7,16 @@
 // seed. A variant is a method and its options: path:nee=never, grid:learn=sarsa,sampling=rejection; one more,
 // training-iterations=N, ends training there. The first is what the others are related to. Columns:
 //   MSE, MAE, relMSE  of the image (relMSE trimmed) over the first's, means over the seeds
-//   +-        standard error of the ratio of the MSE over the seeds
+//   +-        standard errors over the seeds, of the ratios and of the shares
 //   time      of a whole run, learning included, over the first's: medians
 //   rays      over the first's: guided paths are longer
 //   gain      in efficiency, 1 / (MSE * time); "rel": by relMSE
 //   hits      of a guided method's directions drawn at surfaces that are not mirrors, those that meet something that
-//             shines, in per cent
+//             shines, in per cent, under the state that the run ended with
 //   invalid   those that lie below the surface or carry nothing for another reason, in per cent
-//   mean      of the image over the reference's: 1 but for noise, and for the bias of the grid's -memo samplings
-//   +-        its standard error, the reference's not counted
+//   mean      of the image over the reference's: 1 but for noise, which its standard error leaves out of the
+//             reference, and for the bias of the grid's -memo samplings
+//   nodes     of the octrees or directional trees that a run ended with; of the last seed
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -42,7 +43,7 @@ namespace {
 struct Variant {
   std::string name;
   JobSpec job;
-  std::vector<double> mse, mae, relmse, seconds, mean;
+  std::vector<double> mse, mae, relmse, seconds, mean, hits, invalid;
   std::shared_ptr<const State> state;  // of the last seed
   double rays = 0;
 };
@@ -139,6 +140,16 @@ Directions Watch(const CompiledJob& compiled, const Variant& v) {
   return {};
 }
 
+size_t NodeCount(const State* state) {
+  size_t nodes = 0;
+  if (const auto* focal = dynamic_cast<const FocalState*>(state)) {
+    for (const FocalOctree& octree : focal->field().octrees()) nodes += octree.node_count();
+  } else if (const auto* tree = dynamic_cast<const SdTreeState*>(state)) {
+    nodes = tree->tree().node_count();
+  }
+  return nodes;
+}
+
 double Median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
@@ -150,7 +161,11 @@ double Sum(const std::vector<double>& values) {
   return sum;
 }
 
-// Standard error of a mean (or, with the quotient of two, of a ratio) from its values by seed.
+double Mean(const std::vector<double>& values) {
+  return Sum(values) / static_cast<double>(values.size());
+}
+
+// Standard error of the mean of `values` by seed, each over its own of `relative_to`.
 double Spread(const std::vector<double>& values, const std::vector<double>& relative_to, double mean) {
   double squares = 0;
   for (size_t s = 0; s < values.size(); ++s) {
@@ -161,23 +176,24 @@ double Spread(const std::vector<double>& values, const std::vector<double>& rela
   return n > 1 ? std::sqrt(squares / (n * (n - 1))) : 0;
 }
 
-void Print(const CompiledJob& compiled, const std::vector<Variant>& variants) {
+void Print(const std::vector<Variant>& variants) {
   std::printf(
-      "| variant | MSE | +- | MAE | relMSE | time | rays | gain | rel | hits | invalid | mean | +- |\n"
-      "| --- |%s\n",
-      std::string(" ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |").c_str());
+      "| variant | MSE | +- | MAE | +- | relMSE | time | rays | gain | rel | hits | +- | invalid | mean | +- | nodes "
+      "|\n"
+      "| --- |");
+  for (int column = 1; column < 16; ++column) std::printf(" ---: |");
+  std::printf("\n");
   const Variant& base = variants[0];
+  const std::vector<double> ones(base.mse.size(), 1);
   for (const Variant& v : variants) {
-    const double mse = Sum(v.mse) / Sum(base.mse), relmse = Sum(v.relmse) / Sum(base.relmse);
-    const double time = Median(v.seconds) / Median(base.seconds);
-    const auto seeds = static_cast<double>(v.mse.size());
-    const double mean = Sum(v.mean) / seeds;
-    const Directions directions = Watch(compiled, v);
-    std::printf("| %s | %.4g | %.2g | %.3f | %.4g | %.3f | %.3f | %.3g | %.3g | %.2f | %.2f | %.5f | %.5f |\n",
-                v.name.c_str(), mse, Spread(v.mse, base.mse, mse), Sum(v.mae) / Sum(base.mae), relmse, time,
-                v.rays / base.rays, 1 / (mse * time), 1 / (relmse * time), directions.Percent(directions.hits),
-                directions.Percent(directions.invalid), mean,
-                Spread(v.mean, std::vector<double>(v.mean.size(), 1), mean));
+    const double mse = Sum(v.mse) / Sum(base.mse), mae = Sum(v.mae) / Sum(base.mae),
+                 relmse = Sum(v.relmse) / Sum(base.relmse), time = Median(v.seconds) / Median(base.seconds);
+    std::printf(
+        "| %s | %.4g | %.2g | %.3f | %.3f | %.4g | %.3f | %.3f | %.3g | %.3g | %.2f | %.2f | %.2f | %.5f | %.5f | %zu "
+        "|\n",
+        v.name.c_str(), mse, Spread(v.mse, base.mse, mse), mae, Spread(v.mae, base.mae, mae), relmse, time,
+        v.rays / base.rays, 1 / (mse * time), 1 / (relmse * time), Mean(v.hits), Spread(v.hits, ones, Mean(v.hits)),
+        Mean(v.invalid), Mean(v.mean), Spread(v.mean, ones, Mean(v.mean)), NodeCount(v.state.get()));
   }
 }
 
@@ -219,11 +235,14 @@ int Run(int argc, char** argv) {
       v.mae.push_back(error.mae);
       v.relmse.push_back(error.relmse_trimmed);
       v.mean.push_back(Mean(image) / Mean(reference));
+      const Directions directions = Watch(compiled, v);
+      v.hits.push_back(directions.Percent(directions.hits));
+      v.invalid.push_back(directions.Percent(directions.invalid));
     }
   std::printf("%s, %ux%u, depth %d, %s spp, %d seeds; the first: MSE %.4g, %.3g s\n\n", argv[1], common.resolution_x,
               common.resolution_y, compiled.survey.max_depth, argv[5], seeds, Sum(variants[0].mse) / seeds,
               Median(variants[0].seconds));
-  Print(compiled, variants);
+  Print(variants);
   return 0;
 }
 

@@ -1,9 +1,11 @@
 #include "core/learning/grid_guiding.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "core/base/check.h"
 #include "core/guiding/grid_advance.h"
+#include "core/guiding/grid_bias.h"
 #include "core/learning/method_options.h"
 
 namespace lodestar {
@@ -11,7 +13,7 @@ namespace {
 
 using Sampling = GridRules::Sampling;
 
-constexpr uint64_t kMostSteps = 16;     // where their number is not given
+constexpr uint64_t kMostSteps = 16;     // where their number is not given; and films of steps that are kept
 constexpr uint64_t kTrainingShare = 4;  // and the part of the samples per pixel that they may take, at most
 
 const GridState& AsGrid(const std::shared_ptr<const State>& state) {
@@ -35,8 +37,8 @@ MethodEntry GridMethod::Entry() {
           {"nee", "never | always", "always",
            "next event estimation. Recommended: always, unless no light can be seen from where most paths go"},
           {"combine", "discard | inverse-variance", "inverse-variance",
-           "how iterations become the image: the last alone, which is strictly unbiased, or the last four by their "
-           "variance (recommended)"},
+           "how iterations become the image: the last alone, which is strictly unbiased, or that and the steps before "
+           "it, sixteen at most, by their variance (recommended)"},
           {"learn", "monte-carlo | sarsa | expected-sarsa", "expected-sarsa",
            "what the table learns from a path: what the rest of it brought; or the next hit's light and what the "
            "table says of its next direction (the document's choice); or of its whole hemisphere (recommended: here "
@@ -102,6 +104,8 @@ GridMethod::GridMethod(const JobSpec& job, const Survey& survey) : bounds_(surve
   options_.batch = static_cast<uint64_t>(given.Integer("batch", 1, 4096));
   options_.steps = given.Text("steps") == "auto" ? AutomaticSteps(job, options_.batch)
                                                  : static_cast<uint32_t>(given.Integer("steps", 0, 100000));
+  // Steps have the same number of passes each, unlike iterations that double: the last four would leave most out.
+  options_.combination.last = static_cast<uint32_t>(std::min<uint64_t>(options_.steps, kMostSteps)) + 1;
 }
 
 std::shared_ptr<const State> GridMethod::Initial() const {
@@ -125,6 +129,21 @@ std::shared_ptr<const State> GridMethod::Advance(const std::shared_ptr<const Sta
   const auto* learned = dynamic_cast<const GridGuidingStatistics*>(result.statistics);
   LODESTAR_CHECK(learned != nullptr);
   return std::make_shared<GridState>(lodestar::Advance(*grid.grid(), learned->sums()));
+}
+
+std::string GridMethod::Explain(const State& state) const {
+  if (!options_.rules.memo) return {};
+  std::string text = "a -memo sampling, for comparison only: BIASED";
+  const auto* grid = dynamic_cast<const GridState*>(&state);
+  LODESTAR_CHECK(grid != nullptr);
+  if (const auto integrals = MeasureIntegrals(GridSampling(grid->grid(), options_.rules))) {
+    char line[160];
+    std::snprintf(line, sizeof line,
+                  ", as its densities integrate to %.4f, not 1 (mean over voxels and normals, which spread by %.4f)",
+                  integrals->mean, integrals->spread);
+    text += line;
+  }
+  return text;
 }
 
 }  // namespace lodestar

@@ -56,6 +56,8 @@ class GridMethod final : public Method {
   uint64_t IterationPasses(const State&, uint32_t iteration) const override {
     return iteration < options_.steps ? options_.batch : 0;
   }
+  // With a memo: that it is biased, and by how much.
+  std::string Explain(const State& state) const override;
   Combination combination() const override { return options_.combination; }
 
  private:

@@ -19,7 +19,7 @@ using focal_testing::Training;
 using focal_testing::UniformDirection;
 
 const Bounds3 kUnit{{0, 0, 0}, {1, 1, 1}};
-const double kLevel = test::SidakLevel(0.01, 24);
+const double kLevel = test::SidakLevel(0.01, 32);
 
 // Directions against the density, in kBins x kBins cells of equal area. The density has many kinks and no lobe, so a
 // dense grid of midpoints integrates it better than an adaptive rule. x_pdf: where the density is taken.
@@ -140,6 +140,22 @@ TEST(FocalField, ThePointMayLieInAHeavyVoxelOrOnItsFaces) {
   for (const Vec3 in : {Vec3{0.5f, 0.5f, 0.5f}, Vec3{0.01f, 0.3f, 0.99f}, Vec3{0, 0, 0}, Vec3{0.5f, 1, 0.5f}}) {
     const test::TestResult result = ChiSquare(*field, lower + in * side, seed++);
     EXPECT_TRUE(result.accepted) << result.message;
+  }
+}
+
+// From inside it is all of the sphere, from outside a small part; elsewhere the density is zero.
+TEST(FocalField, OneVoxelMayHoldAllMass) {
+  const auto field = Focused(kUnit, 3, {0.3f, 0.7f, 0.6f}, 0);
+  const FocalOctree::Voxel voxel = field->octrees()[0].Choose(0.5 * field->mass());
+  ASSERT_EQ(voxel.size, 0.125f);
+  ASSERT_EQ(field->octrees()[0].mass(voxel.slot), field->mass());
+  const Vec3 lower = field->corner() + voxel.lower * field->sides(), side = field->sides() * voxel.size;
+  uint64_t seed = 60;
+  for (const Vec3 in : {Vec3{0.5f, 0.5f, 0.5f}, Vec3{0.9f, 0.2f, 0.02f}, Vec3{0, 0, 0}, Vec3{0.5f, 0, 0.5f},
+                        Vec3{-0.5f, 0.3f, 0.5f}, Vec3{2, -2, 1.5f}, Vec3{0.5f, 3, 0.5f}, Vec3{5, -5, -4}}) {
+    const Vec3 x = lower + in * side;
+    const test::TestResult result = ChiSquare(*field, x, seed++);
+    EXPECT_TRUE(result.accepted) << in.x << " " << in.y << " " << in.z << ": " << result.message;
   }
 }
 

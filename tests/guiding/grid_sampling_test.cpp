@@ -6,6 +6,7 @@
 
 #include <thread>
 
+#include "core/guiding/grid_bias.h"
 #include "tests/guiding/grid_testing.h"
 
 namespace lodestar {
@@ -132,6 +133,32 @@ TEST(GridSampling, ThoseOfTheMemoDoNot) {
     EXPECT_GT(worst, 0.01);
     EXPECT_GT(std::fabs(Integral(GridSampling(coarse, {.sampling = rule, .memo = true}), kNormals[3]) - 1), 0.02);
   }
+}
+
+TEST(GridBias, IsMeasuredOverVoxelsAndNormals) {
+  const auto coarse = Train({.cells = 2, .directions = 4});
+  // With the least that a quadrature leaves of an exact density.
+  const auto exact = MeasureIntegrals(GridSampling(coarse, {.sampling = Sampling::kRejection}));
+  ASSERT_TRUE(exact);
+  EXPECT_NEAR(exact->mean, 1, 1e-4);
+  EXPECT_LT(exact->spread, 1e-3);
+  const GridSampling memo(coarse, {.sampling = Sampling::kRejection, .memo = true});
+  const auto biased = MeasureIntegrals(memo);
+  ASSERT_TRUE(biased);
+  EXPECT_GT(biased->spread, 0.02);
+  double sum = 0;
+  Random random(5);
+  constexpr int kNormals = 10;
+  for (int i = 0; i < kNormals; ++i) sum += Integral(memo, UniformDirection(random));
+  // One voxel of eight, and ten normals: what the spread lets expect.
+  EXPECT_NEAR(biased->mean, sum / kNormals, 4 * biased->spread / std::sqrt(kNormals));
+  // Mixed with even directions, it is as much less biased as there are of those.
+  const auto mixed =
+      MeasureIntegrals(GridSampling(coarse, {.sampling = Sampling::kRejectionMixed, .memo = true, .mix = 0.5f}));
+  ASSERT_TRUE(mixed);
+  EXPECT_NEAR(mixed->spread, 0.5 * biased->spread, 1e-3);
+  EXPECT_FALSE(MeasureIntegrals(
+      GridSampling(RadianceGrid::Initial(kUnit, {}), {.sampling = Sampling::kRejection, .memo = true})));
 }
 
 TEST(GridSampling, SampledPdfIsThePdfOfTheDirectionAndNothingLiesBelow) {

@@ -37,7 +37,7 @@ std::vector<Bytes> CheckpointsOf(const JobSpec& job, test::Result* result) {
 
 TEST(Checkpoint, RestoredAnywhereGivesTheSameBits) {
   for (const auto& [method, combine] :
-       std::map<std::string, std::string>{{"path", ""}, {"sdtree", "inverse-variance"}}) {
+       std::map<std::string, std::string>{{"path", ""}, {"sdtree", "inverse-variance"}, {"grid", ""}}) {
     test::Result expected;
     const std::vector<Bytes> checkpoints = CheckpointsOf(JobOf(method, combine), &expected);
     ASSERT_GT(checkpoints.size(), 6u);

@@ -126,6 +126,27 @@ TEST(Loop, TheMethodsOptionFixesTraining) {
   EXPECT_EQ(RunJob(job).report.training_iterations, 3);
 }
 
+// Steps are alike in passes, and none of them is lost to the image.
+TEST(Loop, TheGridsStepsEnterTheImage) {
+  const Survey survey = SyntheticSurvey(128, 128);
+  for (const bool discard : {false, true}) {
+    JobSpec job = SyntheticJob("grid", 192);
+    if (discard) job.options["combine"] = "discard";
+    Loop loop(job, survey);
+    SyntheticExecutor executor(loop, {});
+    loop.Run(executor, StopToken(), {});
+    ASSERT_EQ(loop.Report().training_iterations, 6);  // of 8 passes
+    const Image image = loop.Develop();
+    double squares = 0;  // of relative errors
+    for (uint32_t i = 0; i < image.size(); ++i) {
+      const Rgb mean = test::SyntheticMean(i % image.width, i / image.width);
+      squares += std::pow(image.pixels[i].g / mean.g - 1, 2) / static_cast<double>(image.size());
+    }
+    const double passes_that_count = 1 / (12 * squares);
+    EXPECT_NEAR(passes_that_count, discard ? 144 : 192, 8);
+  }
+}
+
 TEST(Loop, TimeBudgetIsMetWithinHalfARound) {
   for (const double seconds : {0.5, 3.0, 10.0, 47.0, 130.0, 200.5}) {
     JobSpec job = SyntheticJob("path", 0);

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/learning/combination.h"
+#include "core/learning/grid_guiding.h"
 #include "core/learning/method_options.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
+#include "tests/guiding/grid_testing.h"
 #include "tests/learning/synthetic.h"
 
 namespace lodestar {
@@ -146,6 +149,36 @@ TEST(SdTreeMethod, EmptySceneBoundsAreRefused) {
   Survey survey = SyntheticSurvey();
   survey.bounds = Bounds3();
   EXPECT_THROW(MakeMethod(test::SyntheticJob("sdtree", 1), survey)->Initial(), Error);
+}
+
+TEST(GridMethod, FilmsOfItsStepsAreKept) {
+  const auto films = [](const std::string& steps) {
+    JobSpec job;
+    job.method = "grid";
+    job.options["steps"] = steps;
+    return FilmsToKeep(GridMethod(job, SyntheticSurvey()).combination());
+  };
+  EXPECT_EQ(films("0"), 0u);
+  EXPECT_EQ(films("5"), 5u);
+  EXPECT_EQ(films("auto"), 16u);
+  EXPECT_EQ(films("100"), 16u);  // memory is bounded
+}
+
+TEST(GridMethod, MemoSaysThatItIsBiased) {
+  const auto explain = [](const std::string& sampling, bool learned) {
+    JobSpec job;
+    job.method = "grid";
+    job.options["sampling"] = sampling;
+    const GridMethod method(job, SyntheticSurvey());
+    auto grid = RadianceGrid::Initial(SyntheticSurvey().bounds, method.options().grid);
+    if (learned) grid = grid_testing::Train(method.options().grid);
+    return method.Explain(GridState(grid));
+  };
+  for (const char* sampling : {"rejection-memo", "rejection-mixed-memo"}) {
+    EXPECT_NE(explain(sampling, true).find("BIASED, as its densities integrate to "), std::string::npos);
+    EXPECT_TRUE(explain(sampling, false).ends_with("BIASED"));
+  }
+  EXPECT_EQ(explain("rejection", true), "");
 }
 
 TEST(PathMethod, HasNothingToLearn) {

@@ -21,7 +21,7 @@ Means RenderSeeds(const CompiledJob& compiled, const std::string& method,
 }
 
 // Scenes x variants x regions.
-const double kLevel = test::SidakLevel(0.01, 6 * 4 * kRegions);
+const double kLevel = test::SidakLevel(0.01, 6 * 5 * kRegions);
 
 class FocalMeanTest : public testing::TestWithParam<test::SmallScene> {};
 
@@ -32,6 +32,7 @@ TEST_P(FocalMeanTest, EqualsTheUnguidedMean) {
       {"always", {{"nee", "always"}}},
       {"learned", {{"bsdf-fraction", "learned"}}},
       {"diverging", {{"diverging", "on"}, {"narrow-factor", "2"}}},
+      {"documents", {{"images", "off"}, {"narrow-by", "guide"}}},
   };
   const Means reference = RenderSeeds(compiled, "path", {}, 1000);
   for (auto [name, options] : variants) {
