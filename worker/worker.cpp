@@ -326,11 +326,11 @@ void Worker::Render(const Held& held) {
     complete = gathered_->job->Execute(unit, gathered_->state, static_cast<int>(info_.threads), *held.stop,
                                        &gathered_->contribution);
   } catch (...) {
-    GiveBackGathered();
+    GiveBack(std::exchange(gathered_, std::nullopt)->leases);
     throw;
   }
   if (!complete) {
-    GiveBackGathered();
+    GiveBack(std::exchange(gathered_, std::nullopt)->leases);
     return Release(held.unit.id);
   }
   const double seconds = Seconds(Clock::Steady().Now() - start);
@@ -350,13 +350,32 @@ void Worker::Deliver() {
   changed_.notify_all();
 }
 
-void Worker::GiveBackGathered() {
-  const std::vector<Held> leases = std::exchange(gathered_, std::nullopt)->leases;
+void Worker::GiveBack(const std::vector<Held>& leases, UnitFailure::Kind kind, std::string why) {
   for (const Held& held : leases) Release(held.unit.id);
-  for (const Held& held : leases) Fail(held, UnitFailure::Kind::kReturned, "");
+  for (const Held& held : leases) {
+    Fail(held, kind, why);
+    // What has one cause is one failure, however many leases it costs.
+    kind = UnitFailure::Kind::kReturned;
+    why.clear();
+  }
 }
 
 // ---- results out ----
+
+void Worker::Send(Gathered& delivery, const std::string& what) {
+  const auto start = Clock::Steady().Now();
+  const Bytes bytes = SerializeContribution(delivery.contribution);
+  ++deliveries_made_;
+  delivered_bytes_ += bytes.size();
+  delivery.contribution = {};  // its memory serves the next
+  Persistently(nullptr, [&] {
+    // Whoever this worker is by now: results are taken from anyone.
+    delivery.header.worker = Id();
+    const auto outcome = working_.SubmitContribution(delivery.header, bytes);
+    spdlog::debug("{}: outcome {}", what, static_cast<int>(outcome));
+  });
+  delivering_seconds_ += Seconds(Clock::Steady().Now() - start);
+}
 
 void Worker::DeliverLoop() {
   while (true) {
@@ -369,23 +388,19 @@ void Worker::DeliverLoop() {
       deliveries_.pop_front();
     }
     changed_.notify_all();
-    ContributionHeader& header = delivery.header;
+    const ContributionHeader& header = delivery.header;
     const std::string what = std::to_string(header.nodes.size()) + " leases of iteration " +
                              std::to_string(header.round.iteration) + ", round " + std::to_string(header.round.index) +
                              " of " + header.job.value;
     try {
-      const auto start = Clock::Steady().Now();
-      const Bytes bytes = SerializeContribution(delivery.contribution);
-      ++deliveries_made_;
-      delivered_bytes_ += bytes.size();
-      delivery.contribution = {};  // its memory serves the next
-      Persistently(nullptr, [&] {
-        // Whoever this worker is by now: results are taken from anyone.
-        header.worker = Id();
-        const auto outcome = working_.SubmitContribution(header, bytes);
-        spdlog::debug("{}: outcome {}", what, static_cast<int>(outcome));
-      });
-      delivering_seconds_ += Seconds(Clock::Steady().Now() - start);
+      try {
+        Send(delivery, what);
+      } catch (const UnreachableError&) {
+        throw;
+      } catch (const std::exception& error) {
+        // Dropped without a word, these units would be leased and refused again, for ever.
+        GiveBack(delivery.leases, UnitFailure::Kind::kWorker, what + " could not be delivered: " + error.what());
+      }
     } catch (const Error& error) {
       spdlog::warn("{} were not delivered: {}", what, error.what());
     }
