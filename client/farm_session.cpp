@@ -118,8 +118,7 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
     throw Error(ErrorKind::kCorrupt,
                 "the report of " + status.id.value + " is not JSON; is the coordinator of another version?");
   report["farm_job"] = status.id.value;
-  report = CompleteReport(std::move(report),
-                          {options.scene_path.empty() ? status.name : options.scene_path, options.command_line});
+  report = CompleteReport(std::move(report), {status.scene_path, options.command_line});
   if (!options.reference.empty()) {
     const Image reference = ReadImageFile(options.reference);
     CheckReferenceSize(reference, options.reference, image.width, image.height);

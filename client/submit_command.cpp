@@ -49,8 +49,8 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
   submission.priority = arguments.priority;
   submission.name =
       arguments.name.empty() ? std::filesystem::path(arguments.job.scene).stem().string() : arguments.name;
+  submission.scene_path = std::filesystem::absolute(arguments.job.scene).string();
   FollowOptions follow = arguments.follow;
-  follow.scene_path = arguments.job.scene;
   follow.command_line = command_line;
   PrepareDelivery(follow);
   if (!follow.reference.empty() && follow.output.empty())

@@ -40,6 +40,7 @@ JobId Farm::Submit(const JobSubmission& submission) {
   StoredJob stored;
   stored.client_token = submission.client_token;
   stored.name = submission.name;
+  stored.scene_path = submission.scene_path;
   stored.priority = submission.priority;
   stored.submitted_unix_ms =
       std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch())
@@ -72,7 +73,10 @@ std::vector<JobStatus> Farm::List() const {
   std::lock_guard lock(mutex_);
   std::vector<JobStatus> all;
   for (auto it = jobs_.rbegin(); it != jobs_.rend() && all.size() < 1000; ++it) all.push_back(Status(*it->second));
-  for (auto& status : all) status.log.clear();
+  for (auto& status : all) {  // one message holds them all
+    status.log.clear();
+    status.scene_path.clear();
+  }
   return all;
 }
 

@@ -17,7 +17,7 @@ namespace lodestar {
 
 struct StoredJob {
   int64_t number = 0;  // assigned by Insert
-  std::string client_token, name;
+  std::string client_token, name, scene_path;
   int priority = 0;
   JobPhase phase = JobPhase::kQueued;
   int64_t submitted_unix_ms = 0;
@@ -33,7 +33,7 @@ struct StoredJob {
 
 class JobStore {
  public:
-  static constexpr int kSchemaVersion = 2;
+  static constexpr int kSchemaVersion = 3;
   // Throws Error(kConflict) for a store of another schema version, (kCorrupt), (kIo).
   explicit JobStore(const std::filesystem::path& folder);
   ~JobStore();
