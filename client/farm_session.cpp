@@ -122,7 +122,7 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
   if (!options.reference.empty()) {
     const Image reference = ReadImageFile(options.reference);
     CheckReferenceSize(reference, options.reference, image.width, image.height);
-    // The coordinator has no images: only the end of the curve can be measured against the reference.
+    // What has been rendered is gone: only the end of the curve can still be measured.
     const Json metrics = MetricsToJson(Compare(image, reference));
     report["reference"] = metrics;
     if (report["points"].is_array() && !report["points"].empty()) report["points"].back()["reference"] = metrics;

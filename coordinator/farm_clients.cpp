@@ -3,9 +3,9 @@
 
 #include "coordinator/crash_point.h"
 #include "coordinator/farm.h"
-#include "coordinator/image_bytes.h"
 #include "core/base/log.h"
 #include "core/learning/guide_file.h"
+#include "rpc/image_bytes.h"
 #include "rpc/status.h"
 
 namespace lodestar {
@@ -46,7 +46,9 @@ JobId Farm::Submit(const JobSubmission& submission) {
       std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch())
           .count();
   stored.description = blobs_->Put(JobDescription{submission.spec, submission.scene}.Serialize());
+  stored.reference = submission.reference;
   std::vector<ContentHash> assets{stored.description};
+  if (!stored.reference.empty()) assets.push_back(stored.reference);
   for (const auto& [name, file] : submission.scene.files) assets.push_back(file.hash);
   stored = store_.Insert(stored, assets);
   CrashPoint("job-committed");

@@ -22,6 +22,7 @@ struct StoredJob {
   JobPhase phase = JobPhase::kQueued;
   int64_t submitted_unix_ms = 0;
   ContentHash description;        // blob: JobDescription
+  ContentHash reference;          // blob: an image to measure against; empty: none
   Bytes survey;                   // empty: not surveyed yet
   std::string fingerprint;        // of the workers it runs on, from its survey on
   ContentHash checkpoint, image;  // blobs; empty: none

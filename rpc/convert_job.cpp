@@ -87,6 +87,7 @@ v1::JobSubmission ToProto(const JobSubmission& submission) {
   *message.mutable_scene() = ToProto(submission.scene);
   message.set_client_token(submission.client_token);
   message.set_scene_path(submission.scene_path);
+  message.set_reference_sha256(submission.reference.hex);
   return message;
 }
 
@@ -98,9 +99,12 @@ JobSubmission FromProto(const v1::JobSubmission& message) {
   submission.scene = FromProto(message.scene());
   submission.client_token = message.client_token();
   submission.scene_path = message.scene_path();
+  submission.reference.hex = message.reference_sha256();
   if (submission.name.size() > 256) throw Error(ErrorKind::kInvalidInput, "a job's name has at most 256 bytes");
   if (submission.scene_path.size() > 4096)
     throw Error(ErrorKind::kInvalidInput, "a scene's path has at most 4096 bytes");
+  if (!submission.reference.empty() && !IsContentHash(submission.reference.hex))
+    throw Error(ErrorKind::kInvalidInput, "the reference is not named by a SHA-256");
   if (submission.client_token.empty() || submission.client_token.size() > 128) {
     throw Error(ErrorKind::kInvalidInput,
                 "a submission needs a client_token of 1 to 128 bytes, so that repeating it makes no second job");

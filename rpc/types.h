@@ -60,6 +60,7 @@ struct JobSubmission {
   JobSpec spec;
   SceneManifest scene;
   std::string scene_path;    // where the client has the scene file, for commands that a report tells it to run
+  ContentHash reference;     // from FarmClient::UploadImage: error points are measured against it; empty: none
   std::string client_token;  // the same token never makes a second job; filled in by FarmClient where empty
 };
 

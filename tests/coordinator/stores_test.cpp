@@ -28,6 +28,7 @@ struct StoreTest : testing::Test {
     job.client_token = token;
     job.name = "name of " + token;
     job.scene_path = "/scenes/" + token + ".pbrt";
+    job.reference.hex = std::string(64, '5');
     job.priority = 5;
     job.submitted_unix_ms = 42;
     job.description = description;
@@ -70,6 +71,7 @@ TEST_F(StoreTest, JobsSurviveReopening) {
   EXPECT_EQ(jobs[0].id().value, "job-" + std::to_string(job.number));
   EXPECT_EQ(jobs[0].name, "name of a");
   EXPECT_EQ(jobs[0].scene_path, "/scenes/a.pbrt");
+  EXPECT_EQ(jobs[0].reference.hex, std::string(64, '5'));
   EXPECT_EQ(jobs[0].priority, 5);
   EXPECT_EQ(jobs[0].phase, JobPhase::kRunning);
   EXPECT_EQ(jobs[0].survey, job.survey);

@@ -63,6 +63,21 @@ TEST_F(FarmCommands, AJobFromSubmissionToItsReport) {
   EXPECT_EQ(static_cast<size_t>(std::count(csv.out.begin(), csv.out.end(), '\n')), report["points"].size() + 1);
 }
 
+TEST_F(FarmCommands, EveryPointIsMeasuredAgainstTheReference) {
+  ASSERT_EQ(Shell("lodestar render scene/box.pbrt --method path --spp 64 --seed 1 -o reference.pfm --quiet").code, 0);
+  const std::string job = " scene/box.pbrt --method sdtree --spp 31 --reference reference.pfm --quiet --json -o ";
+  const auto here = Json(Shell("lodestar render" + job + "here.exr"))["points"];
+  const auto farm = Json(Shell("lodestar submit" + job + "farm.exr"))["points"];
+  ASSERT_GT(here.size(), 2u);
+  ASSERT_EQ(farm.size(), here.size());
+  for (size_t i = 0; i < here.size(); ++i) {
+    EXPECT_GT(here[i]["reference"]["relmse_trimmed"].get<double>(), 0);
+    EXPECT_EQ(farm[i]["reference"], here[i]["reference"]) << i;
+  }
+  const Ran small = Shell("lodestar submit scene/box.pbrt --resolution 8x6 --reference reference.pfm");
+  EXPECT_EQ(small.code, 2) << small.err;
+}
+
 TEST_F(FarmCommands, ACancelledJobEndsItsWatchWithSix) {
   const Ran submitted = Shell("lodestar submit scene/box.pbrt --method path --spp 1000000");
   ASSERT_EQ(submitted.code, 0) << submitted.err;
