@@ -118,12 +118,11 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
     throw Error(ErrorKind::kCorrupt,
                 "the report of " + status.id.value + " is not JSON; is the coordinator of another version?");
   report["farm_job"] = status.id.value;
-  report = CompleteReport(std::move(report),
-                          {options.scene_path.empty() ? status.name : options.scene_path, options.command_line});
+  report = CompleteReport(std::move(report), {status.scene_path, options.command_line});
   if (!options.reference.empty()) {
     const Image reference = ReadImageFile(options.reference);
     CheckReferenceSize(reference, options.reference, image.width, image.height);
-    // The coordinator has no images: only the end of the curve can be measured against the reference.
+    // What has been rendered is gone: only the end of the curve can still be measured.
     const Json metrics = MetricsToJson(Compare(image, reference));
     report["reference"] = metrics;
     if (report["points"].is_array() && !report["points"].empty()) report["points"].back()["reference"] = metrics;

@@ -40,7 +40,7 @@ struct FollowOptions {
   std::string output;     // image to write when the job ends or is interrupted; "": none
   std::string reference;  // measure the final image against this; "": none
   std::string state;      // with output: what was learned goes here; "": nowhere
-  std::string scene_path, command_line;
+  std::string command_line;
   bool json = false, quiet = false;
 };
 // --state of the commands that fetch a job's image.

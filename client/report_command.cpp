@@ -31,7 +31,7 @@ void AddReportCommand(CLI::App& app, Invocation& invocation) {
       if (!report.is_object())
         throw Error(ErrorKind::kCorrupt,
                     "the report of " + arguments->job + " is not JSON; is the coordinator of another version?");
-      report = CompleteReport(std::move(report), {status.name, command_line});
+      report = CompleteReport(std::move(report), {status.scene_path, command_line});
       if (arguments->json) {
         std::cout << DumpJson(report) << "\n";
       } else if (arguments->csv) {

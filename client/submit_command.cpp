@@ -7,6 +7,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "client/command.h"
 #include "client/farm_session.h"
@@ -20,7 +21,7 @@ namespace {
 struct SubmitArguments {
   JobArguments job;
   FarmAddress farm;
-  std::string name;
+  std::string name, reference;
   FollowOptions follow;
   int priority = 0;
   bool watch = false;
@@ -49,25 +50,25 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
   submission.priority = arguments.priority;
   submission.name =
       arguments.name.empty() ? std::filesystem::path(arguments.job.scene).stem().string() : arguments.name;
+  submission.scene_path = std::filesystem::absolute(arguments.job.scene).string();
   FollowOptions follow = arguments.follow;
-  follow.scene_path = arguments.job.scene;
   follow.command_line = command_line;
   PrepareDelivery(follow);
-  if (!follow.reference.empty() && follow.output.empty())
-    throw Error(ErrorKind::kInvalidInput, "--reference needs -o: the image is measured when it is fetched");
+  std::optional<Image> reference;
+  if (!arguments.reference.empty()) reference = ReadImageFile(arguments.reference);
 
   const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
   {
     const CompiledJob compiled = CompileScene(description, submission.spec);
     MakeMethod(submission.spec, compiled.survey);  // refuses bad values of options here and now
     if (!follow.state.empty()) CheckLearns(compiled, submission.spec);
-    if (!follow.reference.empty()) {
-      CheckReferenceSize(ReadImageFile(follow.reference), follow.reference, compiled.survey.resolution_x,
-                         compiled.survey.resolution_y);
+    if (reference) {
+      CheckReferenceSize(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
     }
   }
   FarmClient farm(arguments.farm.address, arguments.farm.options);
   submission.scene = Upload(farm, description, follow.quiet);
+  if (reference) submission.reference = OnFarm([&] { return farm.UploadImage(*reference); });
   const JobId id = OnFarm([&] { return farm.SubmitJob(submission); });
   if (arguments.watch || !follow.output.empty()) {
     if (!follow.quiet) std::fprintf(stderr, "submitted %s\n", id.value.c_str());
@@ -94,7 +95,9 @@ void AddSubmitCommand(CLI::App& app, Invocation& invocation) {
   sub->add_option("-o,--output", arguments->follow.output,
                   "Wait for the job, then write the image and its .png, .csv, .json and -error.png (as render does)")
       ->type_name("FILE");
-  sub->add_option("--reference", arguments->follow.reference, "With -o: measure the final image against this one")
+  sub->add_option("--reference", arguments->reference,
+                  "Measure the error against this image (.exr, .pfm) of the same size; it is sent along, and every "
+                  "point of the report has it")
       ->type_name("FILE");
   AddStateOption(*sub, arguments->follow);
   sub->add_flag("--json", arguments->follow.json, "One JSON document on standard out");

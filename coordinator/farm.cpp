@@ -115,6 +115,7 @@ JobStatus Farm::Status(const Job& job) const {
   JobStatus s;
   s.id = job.stored.id();
   s.name = job.stored.name;
+  s.scene_path = job.stored.scene_path;
   s.priority = job.stored.priority;
   s.method = job.spec.method;
   s.phase = job.stored.phase;

@@ -3,9 +3,9 @@
 
 #include "coordinator/crash_point.h"
 #include "coordinator/farm.h"
-#include "coordinator/image_bytes.h"
 #include "core/base/log.h"
 #include "core/learning/guide_file.h"
+#include "rpc/image_bytes.h"
 #include "rpc/status.h"
 
 namespace lodestar {
@@ -40,12 +40,15 @@ JobId Farm::Submit(const JobSubmission& submission) {
   StoredJob stored;
   stored.client_token = submission.client_token;
   stored.name = submission.name;
+  stored.scene_path = submission.scene_path;
   stored.priority = submission.priority;
   stored.submitted_unix_ms =
       std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch())
           .count();
   stored.description = blobs_->Put(JobDescription{submission.spec, submission.scene}.Serialize());
+  stored.reference = submission.reference;
   std::vector<ContentHash> assets{stored.description};
+  if (!stored.reference.empty()) assets.push_back(stored.reference);
   for (const auto& [name, file] : submission.scene.files) assets.push_back(file.hash);
   stored = store_.Insert(stored, assets);
   CrashPoint("job-committed");
@@ -72,7 +75,10 @@ std::vector<JobStatus> Farm::List() const {
   std::lock_guard lock(mutex_);
   std::vector<JobStatus> all;
   for (auto it = jobs_.rbegin(); it != jobs_.rend() && all.size() < 1000; ++it) all.push_back(Status(*it->second));
-  for (auto& status : all) status.log.clear();
+  for (auto& status : all) {  // one message holds them all
+    status.log.clear();
+    status.scene_path.clear();
+  }
   return all;
 }
 

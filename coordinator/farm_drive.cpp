@@ -5,11 +5,11 @@
 
 #include "coordinator/crash_point.h"
 #include "coordinator/farm_executor.h"
-#include "coordinator/image_bytes.h"
 #include "core/base/log.h"
 #include "core/learning/contribution.h"
 #include "core/learning/guide_file.h"
 #include "core/learning/report_json.h"
+#include "rpc/image_bytes.h"
 
 namespace lodestar {
 namespace {
@@ -146,6 +146,8 @@ void Farm::Drive(Job& job) {
     // Step 3: run.
     bool left = false;  // with the round under way in the last checkpoint
     Loop::Hooks hooks;
+    if (!stored.reference.empty())
+      hooks.reference = std::make_shared<const Image>(ImageFromBytes(blobs_->Read(stored.reference)));
     hooks.progress = [&](const JobProgress& progress) {
       bool wanted = false;
       {

@@ -136,7 +136,7 @@ void Farm::ReportFailure(const UnitFailure& failure) {
     if (job.run) {
       for (const auto& open : job.run->open) open->leases.Release(failure.lease);
     }
-    if (Ended(job.stored.phase)) return;
+    if (Ended(job.stored.phase) || !job.failure.empty()) return;  // it has its reason
     if (failure.kind != UnitFailure::Kind::kReturned) job.Log(worker.info.name + ": " + failure.message);
     if (failure.kind == UnitFailure::Kind::kJob) {
       FailRunning(job, failure.message, &deferred);

@@ -10,8 +10,8 @@ namespace lodestar {
 namespace {
 
 constexpr const char* kColumns =
-    "number, client_token, name, priority, phase, submitted, description, survey, fingerprint, checkpoint, image, "
-    "guide, report, error, log, progress";
+    "number, client_token, name, scene_path, priority, phase, submitted, description, reference, survey, fingerprint, "
+    "checkpoint, image, guide, report, error, log, progress";
 
 // An ended job keeps its description, its image and what it has learned.
 constexpr const char* kUnneeded =
@@ -21,9 +21,9 @@ constexpr const char* kUnneeded =
 constexpr const char* kSchema = R"(
   CREATE TABLE meta (key TEXT PRIMARY KEY, value INTEGER NOT NULL) STRICT;
   CREATE TABLE jobs (
-    number INTEGER PRIMARY KEY AUTOINCREMENT, client_token TEXT NOT NULL UNIQUE, name TEXT NOT NULL, priority INTEGER NOT NULL,
-    phase INTEGER NOT NULL, submitted INTEGER NOT NULL, description TEXT NOT NULL, survey BLOB NOT NULL, fingerprint TEXT NOT NULL,
-    checkpoint TEXT NOT NULL, image TEXT NOT NULL, guide TEXT NOT NULL, report TEXT NOT NULL, error TEXT NOT NULL, log TEXT NOT NULL, progress BLOB NOT NULL) STRICT;
+    number INTEGER PRIMARY KEY AUTOINCREMENT, client_token TEXT NOT NULL UNIQUE, name TEXT NOT NULL, scene_path TEXT NOT NULL,
+    priority INTEGER NOT NULL, phase INTEGER NOT NULL, submitted INTEGER NOT NULL, description TEXT NOT NULL, reference TEXT NOT NULL, survey BLOB NOT NULL,
+    fingerprint TEXT NOT NULL, checkpoint TEXT NOT NULL, image TEXT NOT NULL, guide TEXT NOT NULL, report TEXT NOT NULL, error TEXT NOT NULL, log TEXT NOT NULL, progress BLOB NOT NULL) STRICT;
   CREATE TABLE blobs (hash TEXT PRIMARY KEY, size INTEGER NOT NULL, used INTEGER NOT NULL) STRICT;
   CREATE TABLE needs (job INTEGER NOT NULL REFERENCES jobs(number), hash TEXT NOT NULL REFERENCES blobs(hash), PRIMARY KEY (job, hash)) STRICT;
   CREATE INDEX needs_by_hash ON needs(hash);
@@ -90,19 +90,21 @@ StoredJob JobStore::ReadRow(Statement& row) {
   job.number = row.Integer(0);
   job.client_token = row.Text(1);
   job.name = row.Text(2);
-  job.priority = static_cast<int>(row.Integer(3));
-  job.phase = static_cast<JobPhase>(row.Integer(4));
-  job.submitted_unix_ms = row.Integer(5);
-  job.description.hex = row.Text(6);
-  job.survey = row.Text(7);
-  job.fingerprint = row.Text(8);
-  job.checkpoint.hex = row.Text(9);
-  job.image.hex = row.Text(10);
-  job.guide.hex = row.Text(11);
-  job.report = row.Text(12);
-  job.error = row.Text(13);
-  job.log = row.Text(14);
-  job.progress = row.Text(15);
+  job.scene_path = row.Text(3);
+  job.priority = static_cast<int>(row.Integer(4));
+  job.phase = static_cast<JobPhase>(row.Integer(5));
+  job.submitted_unix_ms = row.Integer(6);
+  job.description.hex = row.Text(7);
+  job.reference.hex = row.Text(8);
+  job.survey = row.Text(9);
+  job.fingerprint = row.Text(10);
+  job.checkpoint.hex = row.Text(11);
+  job.image.hex = row.Text(12);
+  job.guide.hex = row.Text(13);
+  job.report = row.Text(14);
+  job.error = row.Text(15);
+  job.log = row.Text(16);
+  job.progress = row.Text(17);
   return job;
 }
 
@@ -123,18 +125,20 @@ StoredJob JobStore::Insert(const StoredJob& job, const std::vector<ContentHash>&
         if (!there.Bind(asset.hex).Step() && ++count <= 3) missing += " " + asset.hex;
       }
       if (count > 0) {
-        throw Error(ErrorKind::kConflict, std::to_string(count) +
-                                              " files of the scene were not uploaded, or were collected since:" +
-                                              missing + (count > 3 ? " ..." : "") + "; upload them and submit again");
+        throw Error(ErrorKind::kConflict,
+                    std::to_string(count) + " files of the job were not uploaded, or were collected since:" + missing +
+                        (count > 3 ? " ..." : "") + "; upload them and submit again");
       }
       Statement insert(*database_, std::string("INSERT INTO jobs (") + kColumns +
-                                       ") VALUES (NULL, ?, ?, ?, ?, ?, ?, x'', '', '', '', '', '', '', '', x'')");
+                                       ") VALUES (NULL, ?, ?, ?, ?, ?, ?, ?, ?, x'', '', '', '', '', '', '', '', x'')");
       insert.Bind(job.client_token)
           .Bind(job.name)
+          .Bind(job.scene_path)
           .Bind(job.priority)
           .Bind(static_cast<int64_t>(job.phase))
           .Bind(job.submitted_unix_ms)
           .Bind(job.description.hex)
+          .Bind(job.reference.hex)
           .Run();
       stored.number = database_->LastRowId();
       for (const auto& asset : assets) {

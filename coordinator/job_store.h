@@ -17,11 +17,12 @@ namespace lodestar {
 
 struct StoredJob {
   int64_t number = 0;  // assigned by Insert
-  std::string client_token, name;
+  std::string client_token, name, scene_path;
   int priority = 0;
   JobPhase phase = JobPhase::kQueued;
   int64_t submitted_unix_ms = 0;
   ContentHash description;        // blob: JobDescription
+  ContentHash reference;          // blob: an image to measure against; empty: none
   Bytes survey;                   // empty: not surveyed yet
   std::string fingerprint;        // of the workers it runs on, from its survey on
   ContentHash checkpoint, image;  // blobs; empty: none
@@ -33,7 +34,7 @@ struct StoredJob {
 
 class JobStore {
  public:
-  static constexpr int kSchemaVersion = 2;
+  static constexpr int kSchemaVersion = 3;
   // Throws Error(kConflict) for a store of another schema version, (kCorrupt), (kIo).
   explicit JobStore(const std::filesystem::path& folder);
   ~JobStore();

@@ -86,6 +86,8 @@ v1::JobSubmission ToProto(const JobSubmission& submission) {
   *message.mutable_spec() = ToProto(submission.spec);
   *message.mutable_scene() = ToProto(submission.scene);
   message.set_client_token(submission.client_token);
+  message.set_scene_path(submission.scene_path);
+  message.set_reference_sha256(submission.reference.hex);
   return message;
 }
 
@@ -96,7 +98,13 @@ JobSubmission FromProto(const v1::JobSubmission& message) {
   submission.spec = FromProto(message.spec());
   submission.scene = FromProto(message.scene());
   submission.client_token = message.client_token();
+  submission.scene_path = message.scene_path();
+  submission.reference.hex = message.reference_sha256();
   if (submission.name.size() > 256) throw Error(ErrorKind::kInvalidInput, "a job's name has at most 256 bytes");
+  if (submission.scene_path.size() > 4096)
+    throw Error(ErrorKind::kInvalidInput, "a scene's path has at most 4096 bytes");
+  if (!submission.reference.empty() && !IsContentHash(submission.reference.hex))
+    throw Error(ErrorKind::kInvalidInput, "the reference is not named by a SHA-256");
   if (submission.client_token.empty() || submission.client_token.size() > 128) {
     throw Error(ErrorKind::kInvalidInput,
                 "a submission needs a client_token of 1 to 128 bytes, so that repeating it makes no second job");
@@ -126,6 +134,7 @@ v1::JobStatus ToProto(const JobStatus& s) {
   m.set_width(s.width);
   m.set_height(s.height);
   m.set_waiting_for(s.waiting_for);
+  m.set_scene_path(s.scene_path);
   return m;
 }
 
@@ -155,6 +164,7 @@ JobStatus FromProto(const v1::JobStatus& m) {
   s.width = m.width();
   s.height = m.height();
   s.waiting_for = m.waiting_for();
+  s.scene_path = m.scene_path();
   return s;
 }
 

@@ -4,11 +4,13 @@
 #include <fstream>
 #include <random>
 #include <set>
+#include <sstream>
 
 #include "core/base/bytes.h"
 #include "lodestar/v1/farm.grpc.pb.h"
 #include "rpc/channel.h"
 #include "rpc/convert.h"
+#include "rpc/image_bytes.h"
 #include "rpc/retry.h"
 #include "rpc/sha256_stream.h"
 #include "rpc/streams.h"
@@ -34,13 +36,26 @@ struct FarmClient::Impl {
     });
   }
 
-  void Put(const LocalFile& file, const SceneFile& entry, const std::function<void(uint64_t)>& sent) const {
+  // Those of the hashes that the coordinator has not.
+  std::set<std::string> Missing(const std::vector<std::string>& hashes) const {
+    std::set<std::string> missing(hashes.begin(), hashes.end());
+    for (size_t at = 0; at < hashes.size(); at += 4096) {
+      v1::HasAssetsRequest request;
+      for (size_t i = at; i < std::min(hashes.size(), at + 4096); ++i) request.add_sha256(hashes[i]);
+      v1::HasAssetsReply reply;
+      Call([&](grpc::ClientContext* context) { return stub->HasAssets(context, request, &reply); });
+      for (const auto& hash : reply.present()) missing.erase(hash);
+    }
+    return missing;
+  }
+
+  void Put(std::istream& in, const SceneFile& entry, const std::function<void(uint64_t)>& sent) const {
     Call(
         [&](grpc::ClientContext* context) {
           v1::PutAssetReply reply;
           auto writer = stub->PutAsset(context, &reply);
-          std::ifstream in(file.path, std::ios::binary);
-          if (!in) throw Error(ErrorKind::kNotFound, file.path.string() + " cannot be opened");
+          in.clear();
+          in.seekg(0);
           v1::AssetChunk chunk;
           chunk.set_sha256(entry.hash.hex);
           chunk.set_size(entry.size);
@@ -80,16 +95,9 @@ SceneManifest FarmClient::Upload(const SceneBundle& bundle,
   }
   manifest.Validate();
   // Step 2: what is there already?
-  std::set<std::string> missing;
   std::vector<std::string> asked;
-  for (const auto& [hash, file] : by_hash) missing.insert(hash), asked.push_back(hash);
-  for (size_t at = 0; at < asked.size(); at += 4096) {
-    v1::HasAssetsRequest request;
-    for (size_t i = at; i < std::min(asked.size(), at + 4096); ++i) request.add_sha256(asked[i]);
-    v1::HasAssetsReply reply;
-    impl_->Call([&](grpc::ClientContext* context) { return impl_->stub->HasAssets(context, request, &reply); });
-    for (const auto& hash : reply.present()) missing.erase(hash);
-  }
+  for (const auto& [hash, file] : by_hash) asked.push_back(hash);
+  const std::set<std::string> missing = impl_->Missing(asked);
   // Step 3: upload the rest.
   UploadProgress state;
   state.files = missing.size();
@@ -99,7 +107,9 @@ SceneManifest FarmClient::Upload(const SceneBundle& bundle,
     const auto& file = *by_hash.at(hash);
     const auto& entry = manifest.files.at(file.name);
     const uint64_t before = state.bytes_done;
-    impl_->Put(file, entry, [&](uint64_t sent) {
+    std::ifstream in(file.path, std::ios::binary);
+    if (!in) throw Error(ErrorKind::kNotFound, file.path.string() + " cannot be opened");
+    impl_->Put(in, entry, [&](uint64_t sent) {
       state.bytes_done = before + sent;
       if (progress) progress(state);
     });
@@ -107,6 +117,14 @@ SceneManifest FarmClient::Upload(const SceneBundle& bundle,
     if (progress) progress(state);
   }
   return manifest;
+}
+
+ContentHash FarmClient::UploadImage(const Image& image) {
+  const Bytes bytes = ImageToBytes(image);
+  const ContentHash hash = Sha256(bytes);
+  std::istringstream in(bytes);
+  if (!impl_->Missing({hash.hex}).empty()) impl_->Put(in, {hash, bytes.size()}, [](uint64_t) {});
+  return hash;
 }
 
 JobId FarmClient::SubmitJob(JobSubmission submission) {

@@ -48,6 +48,7 @@ class FarmClient {
   // Hashes the files, asks which are missing, uploads those; the manifest is what SubmitJob wants. `progress` may be
   // empty.
   SceneManifest Upload(const SceneBundle& bundle, const std::function<void(const UploadProgress&)>& progress = {});
+  ContentHash UploadImage(const Image& image);
   JobId SubmitJob(JobSubmission submission);
 
   JobStatus GetJob(const JobId& id);

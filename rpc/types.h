@@ -12,7 +12,7 @@
 namespace lodestar {
 
 // Both ends must speak the same; carried by every call.
-inline constexpr uint32_t kProtocolVersion = 2;
+inline constexpr uint32_t kProtocolVersion = 3;
 
 // Sizes that a peer may ask for. Above them: INVALID_ARGUMENT or RESOURCE_EXHAUSTED, never an allocation.
 inline constexpr size_t kMaxMessageBytes = size_t{4} << 20;
@@ -59,6 +59,8 @@ struct JobSubmission {
   int priority = 0;  // larger first
   JobSpec spec;
   SceneManifest scene;
+  std::string scene_path;    // where the client has the scene file, for commands that a report tells it to run
+  ContentHash reference;     // from FarmClient::UploadImage: error points are measured against it; empty: none
   std::string client_token;  // the same token never makes a second job; filled in by FarmClient where empty
 };
 
@@ -84,6 +86,7 @@ struct JobStatus {
   uint64_t rays = 0, paths = 0, vertices = 0;
   uint32_t width = 0, height = 0;  // 0: not known yet
   std::string waiting_for;         // in words, for a job that is not rendering
+  std::string scene_path;          // as submitted; not in lists
 };
 
 struct WorkerStatus {

@@ -7,7 +7,7 @@
 
 namespace lodestar {
 
-// Build id: hash of the running executable. Canary: hash of a small computation in the arithmetic that renders.
+// Build id: hash of the running executable. Canary: hash of the image of a small scene, rendered here.
 WorkerInfo DescribeWorker(const std::string& name, int threads);
 
 }  // namespace lodestar

@@ -55,8 +55,11 @@ class Worker {
   void KeepLoop();
   void Survey(const Held& held);
   void Render(const Held& held);
-  void Deliver();           // what is gathered
-  void GiveBackGathered();  // to be rendered by others
+  void Deliver();  // what is gathered
+  void Send(Gathered& delivery, const std::string& what);
+  // To be rendered by others; where there is a fault, the first lease carries it.
+  void GiveBack(const std::vector<Held>& leases, UnitFailure::Kind kind = UnitFailure::Kind::kReturned,
+                std::string why = "");
   void Fail(const Held& held, UnitFailure::Kind kind, const std::string& message);
   // Repeats until it was answered, the unit is void, or this worker gives up at its end.
   void Persistently(const StopToken* stop, const std::function<void()>& call);

@@ -3,18 +3,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
+
+#include "core/base/cgroup.h"
 
 namespace lodestar {
 
 uint64_t UsableMemory() {
-  uint64_t bytes = static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
-  // cgroup v2, then v1; "max" does not read as a number.
-  for (const char* file : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
-    uint64_t limit = 0;
-    if (std::ifstream(file) >> limit && limit > 0) bytes = std::min(bytes, limit);
-  }
-  return bytes;
+  const uint64_t bytes = static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+  return std::min(bytes, ProcessLimits().memory_bytes);
 }
 
 }  // namespace lodestar

@@ -16,20 +16,6 @@ namespace {
 
 using testing::HasSubstr;
 
-// A spot so strong and so near that light which comes back to where it shines is beyond the range of float.
-constexpr const char* kBlindingScene = R"(
-LookAt 0 1 3  0 0.5 0  0 1 0
-Camera "perspective" "float fov" [ 40 ]
-Film "rgb" "integer xresolution" [ 16 ] "integer yresolution" [ 12 ]
-PixelFilter "box" "float xradius" [ 0.5 ] "float yradius" [ 0.5 ]
-Integrator "path" "integer maxdepth" [ 4 ]
-WorldBegin
-LightSource "spot" "rgb I" [ 3e38 3e38 3e38 ] "point3 from" [ 0 0.3 0 ] "point3 to" [ 0 0 0 ]
-  "float coneangle" [ 15 ] "float conedeltaangle" [ 1 ]
-Material "diffuse" "rgb reflectance" [ 0.9 0.9 0.9 ]
-Shape "trianglemesh" "point3 P" [ -2 0 -2  2 0 -2  2 0 2  -2 0 2 ] "integer indices" [ 0 1 2 0 2 3 ]
-)";
-
 // The whole render, in this process; on its way it looks at the sample with the state that is in use.
 class Onlooker final : public Executor {
  public:

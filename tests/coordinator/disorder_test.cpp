@@ -6,7 +6,6 @@
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/local_executor.h"
 #include "tests/coordinator/in_process_farm.h"
-#include "worker/worker.h"
 
 namespace lodestar {
 namespace {
@@ -118,7 +117,8 @@ TEST_F(InProcessFarm, DisorderDoesNotShow) {
     stop = true;
     threads.clear();
     ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
-    EXPECT_TRUE(SameBits(client->GetImage(id), expected.image)) << "seed " << seed;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    ExpectBits(*client, id, expected);
     std::map<ContributionOutcome, int> outcomes;
     for (const auto& worker : workers) {
       for (const auto& [outcome, count] : worker->outcomes) outcomes[outcome] += count;
@@ -167,12 +167,7 @@ TEST_F(InProcessFarm, AWorkerStopsWithinATenthOfASecond) {
   auto spec = BoxJob("path", 1000000);
   spec.resolution_x = 640;
   spec.resolution_y = 480;
-  Worker::Options options;
-  options.coordinator = server->address();
-  options.threads = 1;
-  options.cache = folder.path() / "cache";
-  options.trial.program = LODESTAR_BINARY_DIR "/bin/lodestar-worker";
-  Worker worker(options);
+  Worker worker(WorkerOptions(server->address()));
   std::thread thread([&] { worker.Run(); });
   const auto id = SubmitBox(spec);
   EXPECT_TRUE(Eventually(seconds(20), [&] {

@@ -12,7 +12,7 @@ namespace lodestar {
 class HandWorker {
  public:
   HandWorker(const std::string& address, const SceneBundle& scene, const JobSpec& spec,
-             const std::string& name = "hand")
+             const std::string& name = "hand", const std::string& canary = "")
       : client_(address),
         spec_(spec),
         compiled_(CompileJob(ParsePbrtFile(scene.files.front().path), spec)),
@@ -20,6 +20,7 @@ class HandWorker {
         executor_(compiled_.scene, spec, *method_, 1) {
     WorkerInfo info;
     info.build_id = "by hand";
+    info.canary = canary;
     info.name = name;
     id_ = client_.Register(info).id;
   }

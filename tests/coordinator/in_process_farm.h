@@ -8,6 +8,7 @@
 #include "rpc/work_client.h"
 #include "tests/farm/support/farm_fixture.h"
 #include "tests/support/temporary_folder.h"
+#include "worker/worker.h"
 
 namespace lodestar {
 
@@ -39,6 +40,15 @@ struct InProcessFarm : testing::Test {
     client.reset();
     server.reset();
     farm.reset();
+  }
+  // Of a worker in this process.
+  Worker::Options WorkerOptions(const std::string& coordinator) const {
+    Worker::Options worker;
+    worker.coordinator = coordinator;
+    worker.threads = 1;
+    worker.cache = folder.path() / "cache";
+    worker.trial.program = LODESTAR_BINARY_DIR "/bin/lodestar-worker";
+    return worker;
   }
   JobId SubmitBox(const JobSpec& spec) {
     JobSubmission submission;

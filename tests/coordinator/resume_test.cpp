@@ -84,9 +84,7 @@ TEST_P(Resume, CheckpointedPartsAreNotRenderedAgain) {
     }
   }
   EXPECT_EQ(before.size() + after.size(), round->unit_count);
-  const auto expected = RenderHere(box, spec);
-  EXPECT_TRUE(SameBits(client->GetImage(id), expected.image));
-  EXPECT_NE(client->GetReport(id).find(expected.report.state_hash.hex), std::string::npos);
+  ExpectBits(*client, id, RenderHere(box, spec));
 }
 INSTANTIATE_TEST_SUITE_P(After, Resume, testing::Bool(),
                          [](const auto& info) { return info.param ? "AnOrderlyEnd" : "ACrash"; });

@@ -27,6 +27,8 @@ struct StoreTest : testing::Test {
     StoredJob job;
     job.client_token = token;
     job.name = "name of " + token;
+    job.scene_path = "/scenes/" + token + ".pbrt";
+    job.reference.hex = std::string(64, '5');
     job.priority = 5;
     job.submitted_unix_ms = 42;
     job.description = description;
@@ -68,6 +70,8 @@ TEST_F(StoreTest, JobsSurviveReopening) {
   ASSERT_EQ(jobs.size(), 1u);
   EXPECT_EQ(jobs[0].id().value, "job-" + std::to_string(job.number));
   EXPECT_EQ(jobs[0].name, "name of a");
+  EXPECT_EQ(jobs[0].scene_path, "/scenes/a.pbrt");
+  EXPECT_EQ(jobs[0].reference.hex, std::string(64, '5'));
   EXPECT_EQ(jobs[0].priority, 5);
   EXPECT_EQ(jobs[0].phase, JobPhase::kRunning);
   EXPECT_EQ(jobs[0].survey, job.survey);
@@ -87,12 +91,13 @@ TEST_F(StoreTest, MissingAssetsAreNamedAndNothingIsStored) {
 
 TEST_F(StoreTest, AnotherVersionIsRefused) {
   { JobStore store(folder.path()); }
-  {
-    Database database(folder.path() / "jobs.sqlite");
-    database.Execute("UPDATE meta SET value = 99 WHERE key = 'schema'");
+  for (const int version : {JobStore::kSchemaVersion - 1, 99}) {
+    const std::string number = std::to_string(version);
+    Database(folder.path() / "jobs.sqlite")
+        .Execute(("UPDATE meta SET value = " + number + " WHERE key = 'schema'").c_str());
+    EXPECT_EQ(KindOf([&] { JobStore store(folder.path()); }), ErrorKind::kConflict);
+    EXPECT_NE(last.find("schema version " + number), std::string::npos) << last;
   }
-  EXPECT_EQ(KindOf([&] { JobStore store(folder.path()); }), ErrorKind::kConflict);
-  EXPECT_NE(last.find("99"), std::string::npos);
   std::ofstream(folder.path() / "jobs.sqlite")
       << "this is no database, but it is long enough to be taken for one by its size alone";
   EXPECT_EQ(KindOf([&] { JobStore store(folder.path()); }), ErrorKind::kCorrupt);

@@ -25,7 +25,7 @@ class FarmFailure : public FarmFixture {
   void ExpectSame(const JobId& id, const JobSpec& spec) {
     const auto status = Finish(id);
     ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
-    EXPECT_TRUE(SameBits(client().GetImage(id), RenderHere(box_, spec).image));
+    ExpectBits(client(), id, RenderHere(box_, spec));
   }
 };
 
@@ -49,7 +49,7 @@ TEST_P(FarmCrash, ResumesWithTheSameBits) {
   const auto status = done.get();
   EXPECT_EQ(code, 128 + SIGKILL) << "the crash point was not reached";
   EXPECT_EQ(status.phase, JobPhase::kDone) << status.error;
-  EXPECT_TRUE(SameBits(client().GetImage(id), RenderHere(box_, spec).image));
+  ExpectBits(client(), id, RenderHere(box_, spec));
   EXPECT_EQ(client().ListJobs().size(), 1u) << "repeated submits made more than one job";
 }
 std::vector<std::string> AllCrashes() {

@@ -9,11 +9,14 @@ namespace lodestar {
 namespace {
 
 class FarmTest : public FarmFixture {};
-class FarmOfWorkers : public FarmFixture, public testing::WithParamInterface<int> {};
+struct Crew {
+  int workers, threads;  // of each
+};
+class FarmOfWorkers : public FarmFixture, public testing::WithParamInterface<Crew> {};
 
 TEST_P(FarmOfWorkers, GivesTheBitsOfOneProcess) {
   StartCoordinator();
-  for (int i = 0; i < GetParam(); ++i) StartWorker();
+  for (int i = 0; i < GetParam().workers; ++i) StartWorker({}, GetParam().threads);
   for (const std::string method : {"path", "sdtree", "auto"}) {
     auto spec = BoxJob(method, method == "path" ? 16 : 32);
     if (method == "auto") spec.options["pilot"] = "1000";  // so that there is a race in so small a picture
@@ -64,7 +67,10 @@ TEST_F(FarmTest, ALenientJobRendersAndListsWhatItLeftOut) {
   EXPECT_TRUE(report["scene"]["left_out"][0].get<std::string>().starts_with("odd.pbrt:"))
       << report["scene"]["left_out"] << ": no paths of the worker's";
 }
-INSTANTIATE_TEST_SUITE_P(Workers, FarmOfWorkers, testing::Values(1, 2, 5));
+INSTANTIATE_TEST_SUITE_P(Of, FarmOfWorkers, testing::Values(Crew{1, 1}, Crew{2, 2}, Crew{5, 1}), [](const auto& info) {
+  return std::to_string(info.param.workers) + "WorkersOf" + std::to_string(info.param.threads) +
+         (info.param.threads > 1 ? "Threads" : "Thread");
+});
 
 }  // namespace
 }  // namespace lodestar

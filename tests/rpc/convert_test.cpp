@@ -68,12 +68,20 @@ TEST(Convert, SubmissionsSurvive) {
   s.priority = -3;
   s.scene = Manifest();
   s.client_token = "token";
+  s.scene_path = "/home/me/scenes/night.pbrt";
+  s.reference.hex = kHash;
   const auto back = FromProto(ToProto(s));
   EXPECT_EQ(back.name, s.name);
   EXPECT_EQ(back.priority, s.priority);
+  EXPECT_EQ(back.scene_path, s.scene_path);
+  EXPECT_EQ(back.reference, s.reference);
   EXPECT_EQ(back.scene.main, s.scene.main);
   EXPECT_EQ(back.scene.files, s.scene.files);
   EXPECT_EQ(SceneManifest::Parse(s.scene.Serialize()).files, s.scene.files);
+  s.reference.hex = "../x";
+  EXPECT_NE(Refusal([&] { FromProto(ToProto(s)); }).find("SHA-256"), std::string::npos);
+  s.scene_path.assign(4097, 'x');
+  EXPECT_NE(Refusal([&] { FromProto(ToProto(s)); }).find("4096"), std::string::npos);
 }
 
 TEST(Convert, ManifestsStayInTheirFolder) {

@@ -20,7 +20,8 @@ Material "diffuse" "rgb reflectance" [ 0.7 0.7 0.7 ]
 Shape "trianglemesh" "point3 P" [ -1 0 -1  1 0 -1  1 0 1  -1 0 1 ] "integer indices" [ 0 1 2 0 2 3 ]
 Shape "trianglemesh" "point3 P" [ -1 2 -1  1 2 -1  1 2 1  -1 2 1 ] "integer indices" [ 0 1 2 0 2 3 ]
 Shape "trianglemesh" "point3 P" [ -1 0 -1  1 0 -1  1 2 -1  -1 2 -1 ] "integer indices" [ 0 1 2 0 2 3 ]
-# The same wall again: coplanar duplicates must not make results depend on anything.
+# The same wall again in another colour: which of two coplanar surfaces is seen must not depend on anything.
+Material "diffuse" "rgb reflectance" [ 0.2 0.3 0.7 ]
 Shape "trianglemesh" "point3 P" [ -1 0 -1  1 0 -1  1 2 -1  -1 2 -1 ] "integer indices" [ 0 1 2 0 2 3 ]
 Material "diffuse" "rgb reflectance" [ 0.6 0.1 0.1 ]
 Shape "trianglemesh" "point3 P" [ -1 0 -1  -1 0 1  -1 2 1  -1 2 -1 ] "integer indices" [ 0 1 2 0 2 3 ]

@@ -44,6 +44,12 @@ bool SameBits(const Image& a, const Image& b) {
          std::memcmp(a.variance.data(), b.variance.data(), a.variance.size() * sizeof(float)) == 0;
 }
 
+void ExpectBits(FarmClient& farm, const JobId& id, const Expected& expected) {
+  EXPECT_TRUE(SameBits(farm.GetImage(id), expected.image));
+  EXPECT_NE(farm.GetReport(id).find("\"state_sha256\":\"" + expected.report.state_hash.hex), std::string::npos)
+      << "it has learned something else";
+}
+
 FarmFixture::FarmFixture() : box_(WriteBox(folder_.path() / "scene")) {}
 
 FarmFixture::~FarmFixture() {
@@ -76,17 +82,16 @@ void FarmFixture::StartCoordinator(const std::vector<std::string>& environment,
   if (!client_) client_ = std::make_unique<FarmClient>("127.0.0.1:" + std::to_string(port_), FarmClient::Options{30});
 }
 
-Process& FarmFixture::StartWorker(const std::vector<std::string>& options,
-                                  const std::vector<std::string>& environment) {
+Process& FarmFixture::StartWorker(const std::vector<std::string>& options, int threads) {
   std::vector<std::string> command{LODESTAR_BINARY_DIR "/bin/lodestar-worker",
                                    "--coordinator",
                                    "127.0.0.1:" + std::to_string(port_),
                                    "--threads",
-                                   "1",
+                                   std::to_string(threads),
                                    "--cache",
                                    (folder_.path() / "cache").string()};
   command.insert(command.end(), options.begin(), options.end());
-  workers_.emplace_back(command, folder_.path() / "workers.log", environment);
+  workers_.emplace_back(command, folder_.path() / "workers.log");
   return workers_.back();
 }
 

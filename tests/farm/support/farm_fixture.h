@@ -25,6 +25,8 @@ struct Expected {
 Expected RenderHere(const SceneBundle& bundle, const JobSpec& spec, int threads = 1);
 // Bit by bit, NaN or not.
 bool SameBits(const Image& a, const Image& b);
+// The job has ended with the image and with all that was learned, bit by bit.
+void ExpectBits(FarmClient& farm, const JobId& id, const Expected& expected);
 
 class FarmFixture : public testing::Test {
  protected:
@@ -32,7 +34,7 @@ class FarmFixture : public testing::Test {
   ~FarmFixture() override;
   // Starts it on its old port if it ran before.
   void StartCoordinator(const std::vector<std::string>& environment = {}, const std::vector<std::string>& options = {});
-  Process& StartWorker(const std::vector<std::string>& options = {}, const std::vector<std::string>& environment = {});
+  Process& StartWorker(const std::vector<std::string>& options = {}, int threads = 1);
   FarmClient& client() { return *client_; }
   JobId SubmitBox(const JobSpec& spec, const std::string& name = "box");
   // The job's last status; fails the test where it does not end.

@@ -1,4 +1,4 @@
-#include "coordinator/image_bytes.h"
+#include "rpc/image_bytes.h"
 
 namespace lodestar {
 
@@ -10,7 +10,7 @@ Bytes ImageToBytes(const Image& image) {
   values.reserve(image.pixels.size() * 4);
   for (size_t i = 0; i < image.pixels.size(); ++i) {
     const Rgb& p = image.pixels[i];
-    values.insert(values.end(), {p.r, p.g, p.b, image.variance[i]});
+    values.insert(values.end(), {p.r, p.g, p.b, image.variance.empty() ? 0 : image.variance[i]});
   }
   out.PutVector(values);
   return out.Take();

@@ -1,0 +1,102 @@
+// A coordinator that takes no result: the worker says so, and the job ends with the reason instead of going round for
+// ever.
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server_builder.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "lodestar/v1/worker.grpc.pb.h"
+#include "rpc/channel.h"
+#include "rpc/status.h"
+#include "tests/coordinator/in_process_farm.h"
+
+namespace lodestar {
+namespace {
+
+constexpr const char* kReason = "the film of this contribution is of another size";
+
+// Stands before a coordinator, hands on every call, and refuses contributions itself.
+class RefusingFront final : public v1::Work::Service {
+ public:
+  explicit RefusingFront(const std::string& coordinator) : behind_(v1::Work::NewStub(OpenChannel(coordinator))) {
+    int port = 0;
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(this);
+    server_ = builder.BuildAndStart();
+    address_ = "127.0.0.1:" + std::to_string(port);
+  }
+  ~RefusingFront() override { server_->Shutdown(std::chrono::system_clock::now()); }
+  const std::string& address() const { return address_; }
+
+  grpc::Status Register(grpc::ServerContext* c, const v1::RegisterRequest* q, v1::RegisterReply* r) override {
+    return behind_->Register(Onward(c).get(), *q, r);
+  }
+  grpc::Status Lease(grpc::ServerContext* c, const v1::LeaseRequest* q, v1::LeaseReply* r) override {
+    return behind_->Lease(Onward(c).get(), *q, r);
+  }
+  grpc::Status RenewLease(grpc::ServerContext* c, const v1::RenewLeaseRequest* q, v1::RenewLeaseReply* r) override {
+    return behind_->RenewLease(Onward(c).get(), *q, r);
+  }
+  grpc::Status SubmitSurvey(grpc::ServerContext* c, const v1::SubmitSurveyRequest* q,
+                            v1::SubmitSurveyReply* r) override {
+    return behind_->SubmitSurvey(Onward(c).get(), *q, r);
+  }
+  grpc::Status ReportFailure(grpc::ServerContext* c, const v1::ReportFailureRequest* q,
+                             v1::ReportFailureReply* r) override {
+    return behind_->ReportFailure(Onward(c).get(), *q, r);
+  }
+  grpc::Status FetchState(grpc::ServerContext* c, const v1::FetchStateRequest* q,
+                          grpc::ServerWriter<v1::StateChunk>* out) override {
+    const auto context = Onward(c);
+    return HandOn(*behind_->FetchState(context.get(), *q), out);
+  }
+  grpc::Status FetchAsset(grpc::ServerContext* c, const v1::FetchAssetRequest* q,
+                          grpc::ServerWriter<v1::AssetChunk>* out) override {
+    const auto context = Onward(c);
+    return HandOn(*behind_->FetchAsset(context.get(), *q), out);
+  }
+  grpc::Status SubmitContribution(grpc::ServerContext*, grpc::ServerReader<v1::ContributionChunk>* in,
+                                  v1::SubmitContributionReply*) override {
+    for (v1::ContributionChunk chunk; in->Read(&chunk);) {
+    }
+    return ToStatus(Error(ErrorKind::kCorrupt, kReason));
+  }
+
+ private:
+  static std::unique_ptr<grpc::ClientContext> Onward(const grpc::ServerContext* from) {
+    auto context = grpc::ClientContext::FromServerContext(*from);  // cancelled with it
+    PrepareContext(context.get(), std::chrono::seconds(60));
+    return context;
+  }
+  template <class Chunk>
+  static grpc::Status HandOn(grpc::ClientReader<Chunk>& in, grpc::ServerWriter<Chunk>* out) {
+    for (Chunk chunk; in.Read(&chunk);) out->Write(chunk);
+    return in.Finish();
+  }
+  const std::unique_ptr<v1::Work::Stub> behind_;
+  std::unique_ptr<grpc::Server> server_;
+  std::string address_;
+};
+
+TEST_F(InProcessFarm, AJobWhoseResultsAreRefusedEndsWithTheReason) {
+  RefusingFront front(server->address());
+  Worker worker(WorkerOptions(front.address()));
+  std::thread thread([&] { worker.Run(); });
+  const auto id = SubmitBox(BoxJob("path", 64));
+  const bool ended = Eventually(std::chrono::seconds(30), [&] { return Ended(client->GetJob(id).phase); });
+  worker.Drain();
+  thread.join();
+  ASSERT_TRUE(ended) << "leased and refused, again and again";
+  const auto status = client->GetJob(id);
+  EXPECT_EQ(status.phase, JobPhase::kFailed);
+  EXPECT_NE(status.error.find(kReason), std::string::npos) << status.error;
+  EXPECT_EQ(std::count_if(status.log.begin(), status.log.end(),
+                          [](const std::string& line) { return line.find(kReason) != std::string::npos; }),
+            options.strikes + 1)
+      << "one strike a delivery, however many leases it held, and the end: " << testing::PrintToString(status.log);
+}
+
+}  // namespace
+}  // namespace lodestar
