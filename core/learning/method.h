@@ -98,7 +98,8 @@ class Method {
 
   // True where a state has nothing more to learn: the iteration under it is the last.
   virtual bool Decided(const State& state) const { return false; }
-  // For the report: what the method chose and left out, and why; empty where there was no choice.
+  // For the report, after "chose": what the method chose and left out, and why, or what its user must know of its
+  // options; empty where there is nothing to say.
   virtual std::string Explain(const State& state) const { return {}; }
 
   struct Combination {
