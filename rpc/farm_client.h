@@ -48,7 +48,7 @@ class FarmClient {
   // Hashes the files, asks which are missing, uploads those; the manifest is what SubmitJob wants. `progress` may be
   // empty.
   SceneManifest Upload(const SceneBundle& bundle, const std::function<void(const UploadProgress&)>& progress = {});
-  ContentHash UploadImage(const Image& image);
+  ContentHash UploadImage(const Image& image);  // where it is missing; for JobSubmission::reference
   JobId SubmitJob(JobSubmission submission);
 
   JobStatus GetJob(const JobId& id);

@@ -107,6 +107,9 @@ TEST_F(BadInput, ScenesMustBeUploadedAndStayInside) {
   request.mutable_job()->mutable_scene()->mutable_files(0)->set_sha256(std::string(64, '0'));
   Expect(Submit(request), grpc::StatusCode::FAILED_PRECONDITION, "not uploaded");
   request = Good();
+  request.mutable_job()->set_reference_sha256(std::string(64, '0'));
+  Expect(Submit(request), grpc::StatusCode::FAILED_PRECONDITION, "not uploaded");
+  request = Good();
   auto* file = request.mutable_job()->mutable_scene()->add_files();
   file->set_name("../../etc/cron.d/x");
   file->set_sha256(std::string(64, '0'));
