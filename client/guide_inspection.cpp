@@ -9,8 +9,7 @@
 #include "client/local_render.h"
 #include "client/values.h"
 #include "core/base/check.h"
-#include "core/guiding/product_distribution.h"
-#include "core/learning/focal_guiding.h"
+#include "core/tracing/focal_guide.h"
 #include "core/tracing/grid_guide.h"
 #include "core/tracing/sd_tree_guide.h"
 
@@ -65,6 +64,10 @@ std::shared_ptr<const Scene> CompileSceneOf(const GuideFile& file, const GuideAr
   return compiled.scene;
 }
 
+GuidePoint PointOn(SurfaceHit hit) {
+  return {hit.si.p, MakeProductLobes(hit.si, hit.bsdf, hit.wo), hit};
+}
+
 GuidePoint PointOfPixel(const Scene& scene, const GuideFile& file, const std::string& text) {
   const Resolution pixel = ParsePixel(text);
   const auto width = static_cast<uint32_t>(scene.resolution_x()), height = static_cast<uint32_t>(scene.resolution_y());
@@ -79,14 +82,24 @@ GuidePoint PointOfPixel(const Scene& scene, const GuideFile& file, const std::st
   if (!hit)
     throw Error(ErrorKind::kInvalidInput,
                 "--pixel " + text + ": no surface but mirrors or glass is seen there; try another");
-  GuidePoint point;
-  point.p = hit->si.p;
-  point.lobes = MakeProductLobes(hit->si, hit->bsdf, hit->wo);
-  point.surface = std::move(hit);
-  return point;
+  return PointOn(std::move(*hit));
 }
 
-GuidePoint PointOfCoordinates(const GuideArguments& arguments) {
+// The first surface against the normal from the point on, which may lie on it: from a thousandth of the scene above.
+GuidePoint PointUnder(const Scene& scene, const GuideArguments& arguments, Vec3 p, Vec3 normal, Vec3 wo) {
+  if (arguments.roughness < 1)
+    throw Error(ErrorKind::kInvalidInput, "--roughness is for a surface without a scene; this one has its own");
+  const float above = 1e-3f * Length(scene.bounds().Diagonal());
+  Sampler sampler(0, 0, 0, 0);
+  auto hit = FirstSurface(scene, {p + normal * above, -normal}, sampler);
+  if (!hit)
+    throw Error(ErrorKind::kInvalidInput, "--at " + arguments.at + ": no surface lies there against --normal " +
+                                              arguments.normal + "; try another, or --pixel");
+  hit->wo = hit->si.shading.ToLocal(wo);
+  return PointOn(std::move(*hit));
+}
+
+GuidePoint PointOfCoordinates(const GuideArguments& arguments, const Scene* scene) {
   GuidePoint point;
   point.p = ParsePoint("--at", arguments.at);
   if (arguments.normal.empty()) {
@@ -95,6 +108,7 @@ GuidePoint PointOfCoordinates(const GuideArguments& arguments) {
   }
   const Vec3 normal = ParseDirection("--normal", arguments.normal);
   const Vec3 wo = arguments.wo.empty() ? normal : ParseDirection("--wo", arguments.wo);
+  if (scene != nullptr) return PointUnder(*scene, arguments, point.p, normal, wo);
   ProductLobe lobe;
   lobe.kind = arguments.roughness < 1 ? ProductLobe::Kind::kGgxReflection : ProductLobe::Kind::kDiffuseReflection;
   lobe.alpha = arguments.roughness;
@@ -109,7 +123,7 @@ std::optional<GuidePoint> PointOf(const GuideArguments& arguments, const GuideFi
       throw Error(ErrorKind::kInvalidInput, "--pixel needs the scene: lodestar inspect SCENE --guide FILE");
     return PointOfPixel(*scene, file, arguments.pixel);
   }
-  if (!arguments.at.empty()) return PointOfCoordinates(arguments);
+  if (!arguments.at.empty()) return PointOfCoordinates(arguments, scene);
   if (!arguments.normal.empty()) throw Error(ErrorKind::kInvalidInput, "--normal needs --at");
   return std::nullopt;
 }
@@ -135,45 +149,51 @@ nlohmann::json DescribePoint(const GuidePoint& point, const SdTree* tree, const 
   return json;
 }
 
-// How the two techniques sample at a surface: the BSDF's density, and rays of each.
-void DrawTechniques(const Method& method, const State& state, const GuideView& view, PictureFolder* out) {
-  const SurfaceHit& hit = *view.point->surface;
-  out->DrawDensity("bsdf", "BSDF sampling at this pixel",
-                   [&](Vec3 w) { return hit.bsdf.Evaluate(hit.wo, hit.si.shading.ToLocal(w)).pdf; });
-  DrawRays(
-      "rays-bsdf", "rays by the BSDF", view,
-      [&](float u_choice, Vec2 u) -> std::optional<Vec3> {
-        const auto sample = hit.bsdf.Sample(hit.wo, u_choice, u);
-        return sample ? std::optional(hit.si.shading.ToWorld(sample->wi)) : std::nullopt;
-      },
-      out);
-  const auto draw = [&](const std::function<Vec3(Vec2)>& sample) {
-    DrawRays(
-        "rays-guide", "rays by the guide", view, [&](float, Vec2 u) { return std::optional(sample(u)); }, out);
-  };
-  if (const auto* grid = dynamic_cast<const GridState*>(&state)) {
-    const auto* options = dynamic_cast<const GridMethod*>(&method);
-    LODESTAR_CHECK(options != nullptr);
-    const GridGuide guide(grid->grid(), options->options());
+std::optional<TechniqueSample> SampleBsdf(const SurfaceHit& hit, float u_choice, Vec2 u) {
+  const auto sample = hit.bsdf.Sample(hit.wo, u_choice, u);
+  if (!sample) return std::nullopt;
+  return TechniqueSample{hit.si.shading.ToWorld(sample->wi), sample->weight};
+}
+
+// The guide alone where it guides, and the BSDF elsewhere.
+template <class Guide>
+Technique TechniqueOf(Guide guide) {
+  return [guide = std::move(guide)](const SurfaceHit& hit, float u_choice, Vec2 u) -> std::optional<TechniqueSample> {
+    if (!hit.bsdf.HasSmoothLobes()) return SampleBsdf(hit, u_choice, u);
     const auto local = guide.At(hit.si, hit.bsdf, hit.wo);
-    if (!(local.bsdf_fraction < 1)) return;  // not guided here
-    out->DrawDensity("guide", "guided directions at this pixel", [&](Vec3 w) { return guide.Pdf(local, w); });
-    uint32_t count = 0;  // the guide wants a third number
-    return draw([&](Vec2 u) { return guide.Sample(local, u, Sampler(1, count++, 0, 0).Next2D().x).w; });
-  }
-  if (const auto* focal = dynamic_cast<const FocalState*>(&state))
-    return draw([&](Vec2 u) { return focal->field().Sample(hit.si.p, u).w; });
-  const auto* sd_tree = dynamic_cast<const SdTreeState*>(&state);
+    if (!(local.bsdf_fraction < 1)) return SampleBsdf(hit, u_choice, u);
+    const GuidedSample sample = guide.Sample(local, u, u_choice);
+    if (!(sample.pdf > 0)) return std::nullopt;
+    const Rgb f_cos = hit.bsdf.Evaluate(hit.wo, hit.si.shading.ToLocal(sample.w)).f_cos;
+    return TechniqueSample{sample.w, f_cos * (1 / sample.pdf)};
+  };
+}
+
+Technique GuideOf(const Method& method, const std::shared_ptr<const State>& state) {
+  if (const auto grid = std::dynamic_pointer_cast<const GridState>(state))
+    return TechniqueOf(GridGuide(grid->grid(), dynamic_cast<const GridMethod&>(method).options()));
+  if (const auto focal = std::dynamic_pointer_cast<const FocalState>(state)) return TechniqueOf(FocalGuide(focal));
+  const auto sd_tree = std::dynamic_pointer_cast<const SdTreeState>(state);
   LODESTAR_CHECK(sd_tree != nullptr);
-  const SdTree& tree = sd_tree->tree();
-  const uint32_t leaf = tree.LeafAt(hit.si.p);
-  const auto* options = dynamic_cast<const SdTreeMethod*>(&method);
-  if (options != nullptr && options->options().product) {
-    const TreeTop top(tree.Tree(leaf));
-    const ProductDistribution product(tree.Tree(leaf), top, *view.point->lobes);
-    if (product.usable()) return draw([&](Vec2 u) { return product.Sample(u).w; });
+  const SdTreeMethod::Options& options = dynamic_cast<const SdTreeMethod&>(method).options();
+  if (options.product) return TechniqueOf(SdTreeGuide<true>(sd_tree, options.learn));
+  return TechniqueOf(SdTreeGuide<false>(sd_tree, options.learn));
+}
+
+// How the two techniques sample at a surface: the BSDF's density, and paths of each.
+void DrawTechniques(const Method& method, const std::shared_ptr<const State>& state, const GuideView& view,
+                    PictureFolder* out) {
+  const SurfaceHit& hit = *view.point->surface;
+  out->DrawDensity("bsdf", "BSDF sampling at this surface",
+                   [&](Vec3 w) { return hit.bsdf.Evaluate(hit.wo, hit.si.shading.ToLocal(w)).pdf; });
+  if (const auto* grid = dynamic_cast<const GridState*>(state.get())) {
+    const GridGuide guide(grid->grid(), dynamic_cast<const GridMethod&>(method).options());
+    const auto local = guide.At(hit.si, hit.bsdf, hit.wo);
+    if (local.bsdf_fraction < 1)
+      out->DrawDensity("guide", "guided directions at this surface", [&](Vec3 w) { return guide.Pdf(local, w); });
   }
-  draw([&](Vec2 u) { return tree.Sample(leaf, u).w; });
+  DrawRays("rays-bsdf", "paths by the BSDF", view, SampleBsdf, out);
+  DrawRays("rays-guide", "paths by the guide", view, GuideOf(method, state), out);
 }
 
 // The point on one line.
@@ -267,7 +287,7 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
     } else {
       DrawFocal(focal->field(), view, &pictures);
     }
-    if (view.point && view.point->surface) DrawTechniques(*method, *state, view, &pictures);
+    if (view.point && view.point->surface) DrawTechniques(*method, state, view, &pictures);
     json["pictures"] = pictures.pictures();
   }
   if (arguments.json) {

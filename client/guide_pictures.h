@@ -62,10 +62,19 @@ void DrawFocal(const FocalField& field, const GuideView& view, PictureFolder* ou
 // At a point the radiances of its voxel, normalised to a density.
 void DrawGrid(const RadianceGrid& grid, const GuideView& view, PictureFolder* out);
 
-// Where directions lead from the view's surface (Sadek 2025, section 3.8.2): NAME-x, -y, -z, how many of 4096 rays to
-// the next surface pass each pixel of a view along that axis.
-void DrawRays(const std::string& name, const std::string& title, const GuideView& view,
-              const std::function<std::optional<Vec3>(float u_choice, Vec2 u)>& sample, PictureFolder* out);
+// How a technique goes on from a surface: a direction in world space, and f cos over its density; nothing where the
+// sample failed.
+struct TechniqueSample {
+  Vec3 w;
+  Rgb weight;
+};
+using Technique = std::function<std::optional<TechniqueSample>(const SurfaceHit&, float u_choice, Vec2 u)>;
+
+// Where a technique leads from the view's surface (Sadek 2025, section 3.8.2): 4096 paths of up to three segments.
+// NAME-x, -y, -z: how many segments pass each pixel of a view along that axis. NAME-light-x, ...: every segment counts
+// by the light that comes along it and is reflected by the surface, so that only those show that lead to some.
+void DrawRays(const std::string& name, const std::string& title, const GuideView& view, const Technique& technique,
+              PictureFolder* out);
 
 // The D-tree that `state` has at p, made once more from the records it came from by each method: "rebuilt" (no
 // reconstruction), "dense", and "native" where the records were kept in two halves. Empty where the file has no

@@ -4,36 +4,77 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kRays = 4096, kPixels = 512;
+constexpr uint32_t kPaths = 4096, kPixels = 512;
+constexpr int kSegments = 3;
+constexpr int kMostInterfaces = 1000;  // as the path kernel
 constexpr char kAxes[] = "XYZ";
+
+struct Segment {
+  Vec3 from, to;
+  float light = 0;  // luminance that comes along it and that the first surface reflects
+};
+
+// No light samples: what comes along is what directions find. `far`: how long a segment is that leaves the scene.
+std::vector<Segment> Follow(const Scene& scene, SurfaceHit at, const Technique& technique, float far,
+                            Sampler& sampler) {
+  std::vector<Segment> path;
+  Rgb weight(1);
+  while (path.size() < kSegments && !IsBlack(weight)) {
+    const float u_choice = sampler.Next2D().x;
+    const auto sample = technique(at, u_choice, sampler.Next2D());
+    if (!sample) break;
+    weight *= sample->weight;
+    const float u_mix = sampler.Next2D().y;
+    const Vec3 from = Scene::OffsetOrigin(at.si, sample->w);
+    Ray ray{from, sample->w, kInfinity};
+    Hit hit;
+    Rgb emitted;
+    bool met = false;
+    for (int passed = 0; !met && passed <= kMostInterfaces && scene.Intersect(ray, &hit); ++passed) {
+      at.si = scene.Interaction(ray, hit);
+      if (at.si.light >= 0) emitted += scene.Emitted(at.si, -ray.direction);
+      at.bsdf = scene.BsdfAt(at.si, u_mix);
+      met = at.bsdf.kind() != Bsdf::Kind::kNone;
+      ray.origin = Scene::OffsetOrigin(at.si, ray.direction);
+    }
+    if (!met) emitted += scene.Environment(ray.direction).radiance;
+    path.push_back({from, met ? at.si.p : from + ray.direction * far, Luminance(weight * emitted)});
+    if (!met) break;
+    at.wo = at.si.shading.ToLocal(-ray.direction);
+  }
+  for (size_t i = path.size(); i-- > 1;) path[i - 1].light += path[i].light;
+  return path;
+}
 
 }  // namespace
 
-void DrawRays(const std::string& name, const std::string& title, const GuideView& view,
-              const std::function<std::optional<Vec3>(float u_choice, Vec2 u)>& sample, PictureFolder* out) {
-  const SurfaceInteraction& si = view.point->surface->si;
+void DrawRays(const std::string& name, const std::string& title, const GuideView& view, const Technique& technique,
+              PictureFolder* out) {
   const Bounds3 window = PictureWindow(view.bounds);
   const float far = 2 * Length(window.Diagonal());
-  std::array<FloatGrid, 3> grids;
+  std::array<FloatGrid, 3> counts, lights;
   for (int axis = 0; axis < 3; ++axis)
-    grids[static_cast<size_t>(axis)] = EmptyPicture(window.Diagonal(), axis, kPixels);
-  for (uint32_t i = 0; i < kRays; ++i) {
+    counts[static_cast<size_t>(axis)] = lights[static_cast<size_t>(axis)] =
+        EmptyPicture(window.Diagonal(), axis, kPixels);
+  for (uint32_t i = 0; i < kPaths; ++i) {
     Sampler sampler(0, i, 0, 0);
-    const float u_choice = sampler.Next2D().x;
-    const auto w = sample(u_choice, sampler.Next2D());
-    if (!w) continue;
-    const Ray ray{Scene::OffsetOrigin(si, *w), *w, kInfinity};
-    Hit hit;
-    const float t = view.scene->Intersect(ray, &hit) ? hit.t : far;
-    for (int axis = 0; axis < 3; ++axis)
-      AddSegment(ray.origin, ray.origin + *w * t, window, axis, &grids[static_cast<size_t>(axis)]);
+    for (const auto& [from, to, light] : Follow(*view.scene, *view.point->surface, technique, far, sampler)) {
+      for (int axis = 0; axis < 3; ++axis) {
+        AddSegment(from, to, 1, window, axis, &counts[static_cast<size_t>(axis)]);
+        AddSegment(from, to, light / kPaths, window, axis, &lights[static_cast<size_t>(axis)]);
+      }
+    }
   }
   for (int axis = 0; axis < 3; ++axis) {
+    const std::string letter(1, static_cast<char>('x' + axis)),
+        sides = ".  right: " + std::string(1, kAxes[RightAxis(axis)]) + ".  up: " + kAxes[UpAxis(axis)];
     PictureStyle style;
     style.title = title + ", along " + kAxes[axis];
-    style.caption = "of 4096 rays to the next surface.  right: " + std::string(1, kAxes[RightAxis(axis)]) +
-                    ".  up: " + kAxes[UpAxis(axis)];
-    out->Draw(name + "-" + static_cast<char>('x' + axis), grids[static_cast<size_t>(axis)], style);
+    style.caption = "of 4096 paths of three segments" + sides;
+    out->Draw(name + "-" + letter, counts[static_cast<size_t>(axis)], style);
+    style.title = title + ", by their light, along " + kAxes[axis];
+    style.caption = "of the radiance reflected here" + sides;
+    out->Draw(name + "-light-" + letter, lights[static_cast<size_t>(axis)], style);
   }
 }
 

@@ -36,11 +36,14 @@ void AddGuideOptions(CLI::App* sub, GuideArguments& guide) {
       add("--pixel", guide.pixel,
           "Look at what this pixel shows: its first surface that is no mirror or glass; needs the scene", "X,Y");
   pixel->excludes(at);
-  add("--normal", guide.normal, "With --at: a surface with this normal there, for the product of tree and BSDF",
+  add("--normal", guide.normal,
+      "With --at: a surface with this normal there, for the product of tree and BSDF; with the scene, its first "
+      "surface from there against the normal",
       "X,Y,Z")
       ->excludes(pixel);
   add("--wo", guide.wo, "With --normal: the direction that it is seen from [the normal]", "X,Y,Z");
-  sub->add_option("--roughness", guide.roughness, "With --normal: GGX alpha of its lobe; 1 is a diffuse one")
+  sub->add_option("--roughness", guide.roughness,
+                  "With --normal and no scene: GGX alpha of its lobe; 1 is a diffuse one")
       ->check(Unnamed(CLI::Range(0.001, 1.0)))
       ->capture_default_str()
       ->group(group)

@@ -28,7 +28,7 @@ FloatGrid EmptyPicture(Vec3 sides, int axis, uint32_t longest) {
   return right >= up ? FloatGrid(longest, shorter(up, right)) : FloatGrid(shorter(right, up), longest);
 }
 
-void AddSegment(Vec3 from, Vec3 to, const Bounds3& window, int axis, FloatGrid* grid) {
+void AddSegment(Vec3 from, Vec3 to, float value, const Bounds3& window, int axis, FloatGrid* grid) {
   const int right = RightAxis(axis), up = UpAxis(axis);
   const Vec3 sides = window.Diagonal();
   const auto pixel = [&](Vec3 p) {
@@ -42,7 +42,7 @@ void AddSegment(Vec3 from, Vec3 to, const Bounds3& window, int axis, FloatGrid* 
   for (float i = 0; i < std::max(steps, 1.0f); ++i) {
     const Vec2 at = a + d * ((i + 0.5f) / std::max(steps, 1.0f));
     if (at.x >= 0 && at.y >= 0 && at.x < static_cast<float>(grid->width) && at.y < static_cast<float>(grid->height))
-      ++grid->At(static_cast<uint32_t>(at.x), static_cast<uint32_t>(at.y));
+      grid->At(static_cast<uint32_t>(at.x), static_cast<uint32_t>(at.y)) += value;
   }
 }
 

@@ -20,8 +20,8 @@ Bounds3 PictureWindow(const Bounds3& bounds);
 // Zeros for a view of a box along an axis: `longest` pixels along the longer of its two sides, which are above zero.
 FloatGrid EmptyPicture(Vec3 sides, int axis, uint32_t longest);
 
-// Adds 1 to every pixel of such a view that the segment passes; `window` is the box.
-void AddSegment(Vec3 from, Vec3 to, const Bounds3& window, int axis, FloatGrid* grid);
+// Adds the value to every pixel of such a view that the segment passes; `window` is the box.
+void AddSegment(Vec3 from, Vec3 to, float value, const Bounds3& window, int axis, FloatGrid* grid);
 
 // Which spatial leaf each pixel of a plane lies in.
 struct LeafPicture {

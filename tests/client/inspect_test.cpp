@@ -47,16 +47,28 @@ class Inspect : public testing::Test {
     return nlohmann::json::parse(ran.out, nullptr, false);
   }
 
-  // Every picture exists and has the size it is said to have.
+  // Every picture exists, has the size it is said to have, and is not black.
   static std::map<std::string, nlohmann::json> Pictures(const nlohmann::json& json) {
     std::map<std::string, nlohmann::json> pictures;
     for (const auto& picture : json["pictures"]) {
       const Image image = ReadImageFile(picture["file"].get<std::string>());
+      EXPECT_GT(picture["max"].get<double>(), 0) << picture["name"];
       EXPECT_EQ(image.width, picture["size"][0].get<uint32_t>());
       EXPECT_EQ(image.height, picture["size"][1].get<uint32_t>());
       pictures[picture["name"].get<std::string>()] = picture;
     }
     return pictures;
+  }
+
+  // Paths of both techniques, and the light they find: by either as much, but for the noise of a guide without the
+  // BSDF.
+  static void ExpectPaths(std::map<std::string, nlohmann::json>& pictures) {
+    for (const std::string axis : {"x", "y", "z"}) {
+      for (const std::string name : {"rays-bsdf-", "rays-guide-", "rays-bsdf-light-", "rays-guide-light-"})
+        ASSERT_TRUE(pictures.contains(name + axis)) << name + axis;
+      const double bsdf = pictures["rays-bsdf-light-" + axis]["mean"].get<double>();
+      EXPECT_NEAR(pictures["rays-guide-light-" + axis]["mean"].get<double>(), bsdf, 0.35 * bsdf) << axis;
+    }
   }
 
   TemporaryFolder folder_;
@@ -140,9 +152,10 @@ TEST_F(Inspect, PicturesAtAPixelIntegrateToOne) {
   for (const char* name : {"flux-x", "flux-y", "flux-z", "records-x", "records-y", "records-z"})
     ASSERT_TRUE(pictures.contains(name)) << name;
   EXPECT_GT(pictures["flux-y"]["max"].get<double>(), 0);
-  // All rays begin in one pixel; of those of a diffuse BSDF none is lost.
+  ExpectPaths(pictures);
+  // All paths begin in one place, and of those of a diffuse BSDF none is lost; none passes a pixel more than thrice.
   EXPECT_GT(pictures["rays-bsdf-y"]["max"].get<double>(), 1000);
-  EXPECT_LE(pictures["rays-guide-y"]["max"].get<double>(), 4096);
+  EXPECT_LE(pictures["rays-guide-y"]["max"].get<double>(), 3 * 4096);
 }
 
 TEST_F(Inspect, APointNeedsNoScene) {
@@ -155,6 +168,23 @@ TEST_F(Inspect, APointNeedsNoScene) {
   EXPECT_FALSE(pictures.contains("bsdf"));
 }
 
+TEST_F(Inspect, ASurfaceIsFoundUnderAPoint) {
+  Render({});
+  // Above the floor, whose own BSDF counts: diffuse.
+  const auto json = Json({scene_, "--at", "0.5,0.3,0.5", "--normal", "0,1,0", "-o", folder_ / "p"});
+  EXPECT_NEAR(json["point"]["p"][1].get<double>(), 0, 1e-4);
+  EXPECT_NEAR(json["point"]["normal"][1].get<double>(), 1, 1e-4);
+  auto pictures = Pictures(json);
+  ASSERT_TRUE(pictures.contains("bsdf"));
+  EXPECT_NEAR(pictures["bsdf"]["max"].get<double>(), 0.3183, 1e-3);
+  ExpectPaths(pictures);
+  // On it, and from below.
+  EXPECT_NEAR(Json({scene_, "--at", "0.5,0,0.5", "--normal", "0,1,0"})["point"]["p"][1].get<double>(), 0, 1e-4);
+  const Ran nothing = Run({scene_, "--at", "0.5,-0.5,0.5", "--normal", "0,1,0"});
+  EXPECT_EQ(nothing.code, 2);
+  EXPECT_THAT(nothing.err, HasSubstr("no surface lies there"));
+}
+
 TEST_F(Inspect, FocalDensitiesProjected) {
   Render({"--method", "focal"});
   auto pictures = Pictures(Json({scene_, "--pixel", "16,20", "-o", folder_ / "p", "--range", "0.5,50"}));
@@ -165,6 +195,7 @@ TEST_F(Inspect, FocalDensitiesProjected) {
   }
   EXPECT_GT(pictures["focal-max-camera"]["max"].get<double>(), 2);  // the light
   EXPECT_NEAR(pictures["guide"]["integral"].get<double>(), 1, 0.05);
+  ExpectPaths(pictures);
   EXPECT_THAT(Run({}).out, HasSubstr("densest 1 %"));
 }
 
@@ -178,7 +209,7 @@ TEST_F(Inspect, AGridsTableAndDirections) {
     ASSERT_TRUE(pictures.contains(name)) << name;
     EXPECT_NEAR(pictures[name]["integral"].get<double>(), 1, 0.02) << name;
   }
-  EXPECT_TRUE(pictures.contains("rays-guide-x"));
+  ExpectPaths(pictures);
   EXPECT_THAT(Run({}).out, HasSubstr("directions a voxel"));
 }
 
@@ -233,6 +264,7 @@ TEST_F(Inspect, WrongOptionsSayWhatToTry) {
                         {{.at = "0,0,0", .normal = "0,0,0"}, "no direction"},
                         {{.at = "0,0,0", .wo = "0,0,1"}, "--normal"},
                         {{.normal = "0,0,1"}, "--at"},
+                        {{.scene = scene_, .at = "0,1,0", .normal = "0,1,0", .roughness = 0.2f}, "has its own"},
                         {{.range = "8,1"}, "below HIGH"}};
   for (const Case& c : cases) {
     GuideArguments arguments = c.arguments;

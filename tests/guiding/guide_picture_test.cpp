@@ -84,17 +84,17 @@ TEST(GuidePicture, ASliceShowsTheLeavesOfItsPlane) {
   }
 }
 
-TEST(GuidePicture, ASegmentMarksItsPixelsOnce) {
+TEST(GuidePicture, ASegmentAddsToItsPixelsOnce) {
   const Bounds3 window{{0, 0, 0}, {4, 2, 1}};
   FloatGrid grid = EmptyPicture(window.Diagonal(), 2, 40);  // 40 x 20
-  AddSegment({0.05f, 0.05f, 0.5f}, {3.95f, 0.05f, 0.9f}, window, 2, &grid);
+  AddSegment({0.05f, 0.05f, 0.5f}, {3.95f, 0.05f, 0.9f}, 1, window, 2, &grid);
   for (uint32_t x = 1; x < 39; ++x) EXPECT_EQ(grid.At(x, 19), 1) << x;
   for (uint32_t x = 0; x < 40; ++x) EXPECT_EQ(grid.At(x, 18), 0);
-  AddSegment({1.05f, -5, 0}, {1.05f, 5, 0}, window, 2, &grid);  // clipped
+  AddSegment({1.05f, -5, 0}, {1.05f, 5, 0}, 1, window, 2, &grid);  // clipped
   for (uint32_t y = 0; y < 19; ++y) EXPECT_EQ(grid.At(10, y), 1) << y;
   EXPECT_EQ(grid.At(10, 19), 2);
-  AddSegment({1, 1, 0.2f}, {1, 1, 0.8f}, window, 2, &grid);  // along the view: a point
-  EXPECT_EQ(grid.At(10, 10) + grid.At(10, 9) + grid.At(9, 10) + grid.At(9, 9), 3);
+  AddSegment({1, 1, 0.2f}, {1, 1, 0.8f}, 2.5f, window, 2, &grid);  // along the view: a point
+  EXPECT_EQ(grid.At(10, 10) + grid.At(10, 9) + grid.At(9, 10) + grid.At(9, 9), 2 + 2.5f);
 }
 
 }  // namespace
