@@ -13,8 +13,6 @@
 namespace lodestar {
 namespace {
 
-using testing::HasSubstr;
-
 constexpr const char* kView = R"(
 LookAt 0 1 3  0 0.5 0  0 1 0
 Camera "perspective" "float fov" [ 40 ]
