@@ -147,12 +147,14 @@ std::shared_ptr<const State> MixedMethod::Advance(const std::shared_ptr<const St
   part.statistics = learned ? &learned->tree() : nullptr;
   const auto tree = tree_.Advance(mixed.tree(), part);
   part.statistics = learned ? &learned->focal() : nullptr;
-  // The octree is done when it is; the tree goes on.
-  std::shared_ptr<const State> focal = mixed.focal();
-  const FocalField& field = mixed.focal()->field();
-  if (field.iteration() < field.options().iterations()) focal = focal_.Advance(focal, part);
-  return std::make_shared<MixedState>(std::dynamic_pointer_cast<const SdTreeState>(tree),
-                                      std::dynamic_pointer_cast<const FocalState>(focal));
+  // The octree is done when it is; the tree goes on. And it does not begin before there is light to begin with: behind
+  // a pinhole the first, short iterations hardly meet any.
+  std::shared_ptr<const FocalState> focal = mixed.focal();
+  if (focal->field().iteration() < focal->field().options().iterations()) {
+    const auto next = std::dynamic_pointer_cast<const FocalState>(focal_.Advance(focal, part));
+    if (next->field().HasLearned()) focal = next;
+  }
+  return std::make_shared<MixedState>(std::dynamic_pointer_cast<const SdTreeState>(tree), focal);
 }
 
 uint64_t MixedMethod::IterationPasses(const State&, uint32_t iteration) const {

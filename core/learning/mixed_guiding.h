@@ -1,6 +1,6 @@
 // SD-tree and focal guiding in one mixture: p = beta (alpha p_bsdf + (1 - alpha) p_tree) + (1 - beta) p_focal. The tree
-// learns alpha per leaf as it does alone; the focal field learns beta per cell, with the tree's mixture in the place of
-// the BSDF. Each learns from every path, whoever drew its directions.
+// learns alpha per leaf, and light, as it does alone; the focal field learns beta per cell, with the tree's mixture in
+// the place of the BSDF (docs/decisions/0020-mixture.md). Each learns from every path, whoever drew its directions.
 #pragma once
 
 #include "core/learning/focal_guiding.h"

@@ -2,24 +2,30 @@
 
 namespace lodestar {
 
-// Each part is told of its own density, and of what it is mixed with as of the BSDF.
+// The tree is told what it would be told without the focal field, densities in proportion: were it told of the mixture,
+// it would give up what the field is thought to cover (its targets weigh by its own share), and both would be worse for
+// it (docs/decisions/0020-mixture.md). The field is told of the tree's mixture as of the BSDF.
 void MixedGuide::Record(std::span<const PathVertex> vertices, const PixelSample& sample, Scratch* scratch,
                         Statistics* statistics) const {
   auto& learned = static_cast<MixedStatistics&>(*statistics);
-  const bool narrowing = field_.iteration() < field_.options().iterations();
   std::vector<PathVertex>& own = scratch->vertices;
   own.assign(vertices.begin(), vertices.end());
   for (PathVertex& vertex : own) {
-    if (vertex.recorded) vertex.guide_pdf = tree_.TreePdf(vertex.leaf, vertex.wi);
+    if (!vertex.recorded) continue;
+    const float tree = tree_.TreePdf(vertex.leaf, vertex.wi);
+    const float inner = Lerp(tree_.BsdfFraction(vertex.leaf), tree, vertex.bsdf_pdf);
+    const float scale = inner > 0 ? vertex.pdf / inner : 0;
+    vertex.guide_pdf = scale * tree;
+    vertex.bsdf_pdf *= scale;
   }
   tree_.Record(own, sample, &scratch->tree, &learned.tree());
-  if (!narrowing) return;
+  if (field_.iteration() >= field_.options().iterations()) return;
   for (size_t i = 0; i < own.size(); ++i) {
     PathVertex& vertex = own[i];
     if (!vertex.recorded) continue;
-    const float alpha = tree_.BsdfFraction(vertex.leaf), tree = vertex.guide_pdf;
+    const float alpha = tree_.BsdfFraction(vertex.leaf), tree = tree_.TreePdf(vertex.leaf, vertex.wi);
     const Shares shares = SharesAt(alpha, vertex.p);
-    vertex.bsdf_pdf = Lerp(alpha, tree, vertex.bsdf_pdf);
+    vertex.bsdf_pdf = Lerp(alpha, tree, vertices[i].bsdf_pdf);
     // What the kernel took for the guide's density, less the tree's part of it.
     vertex.guide_pdf =
         shares.tree < 1 ? std::max(0.0f, (vertices[i].guide_pdf - shares.tree * tree) / (1 - shares.tree)) : 0;
