@@ -87,7 +87,7 @@ ExitCode CompareMethods(const CompareArguments& arguments, const std::string& co
   const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
   const CompiledJob compiled = CompileScene(description, contenders.front().job);
   if (reference)
-    CheckReferenceSize(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
+    CheckReference(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
   for (const Contender& contender : contenders)
     MakeMethod(contender.job, compiled.survey);  // refuses bad values before the first render
 

@@ -121,7 +121,7 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
   report = CompleteReport(std::move(report), {status.scene_path, options.command_line});
   if (!options.reference.empty()) {
     const Image reference = ReadImageFile(options.reference);
-    CheckReferenceSize(reference, options.reference, image.width, image.height);
+    CheckReference(reference, options.reference, image.width, image.height);
     // What has been rendered is gone: only the end of the curve can still be measured.
     const Json metrics = MetricsToJson(Compare(image, reference));
     report["reference"] = metrics;

@@ -11,6 +11,7 @@
 #include "core/base/check.h"
 #include "core/tracing/focal_guide.h"
 #include "core/tracing/grid_guide.h"
+#include "core/tracing/mixed_guide.h"
 #include "core/tracing/sd_tree_guide.h"
 
 namespace lodestar {
@@ -145,7 +146,9 @@ nlohmann::json DescribePoint(const GuidePoint& point, const SdTree* tree, const 
                     {"bsdf_fraction", leaf.bsdf_fraction},
                     {"nee_probability", leaf.nee_probability}};
   }
-  if (field != nullptr) json["bsdf_fraction"] = field->BsdfFraction(point.p);
+  if (field != nullptr && tree == nullptr) json["bsdf_fraction"] = field->BsdfFraction(point.p);
+  if (field != nullptr && tree != nullptr)
+    json["focal_share"] = field->HasLearned() ? 1 - field->BsdfFraction(point.p) : 0;
   return json;
 }
 
@@ -170,6 +173,8 @@ Technique TechniqueOf(Guide guide) {
 }
 
 Technique GuideOf(const Method& method, const std::shared_ptr<const State>& state) {
+  if (const auto mixed = std::dynamic_pointer_cast<const MixedState>(state))
+    return TechniqueOf(MixedGuide(mixed, dynamic_cast<const MixedMethod&>(method).tree().options().learn));
   if (const auto grid = std::dynamic_pointer_cast<const GridState>(state))
     return TechniqueOf(GridGuide(grid->grid(), dynamic_cast<const GridMethod&>(method).options()));
   if (const auto focal = std::dynamic_pointer_cast<const FocalState>(state)) return TechniqueOf(FocalGuide(focal));
@@ -207,7 +212,8 @@ std::string PointText(const nlohmann::json& point) {
   return text + ": leaf " + leaf["index"].dump() + (leaf["learned"].get<bool>() ? "" : " (nothing learned)") + ", " +
          FormatCount(leaf["records"].get<double>()) + " records, D-tree of " + leaf["nodes"].dump() +
          " nodes and depth " + leaf["depth"].dump() + ", mean flux " + number("mean_flux") + ", BSDF fraction " +
-         number("bsdf_fraction") + ", light samples " + number("nee_probability");
+         number("bsdf_fraction") + ", light samples " + number("nee_probability") +
+         (point.contains("focal_share") ? ", focal share " + FormatNumber(point["focal_share"].get<double>()) : "");
 }
 
 void Print(const nlohmann::json& json, const std::string& table) {
@@ -229,7 +235,7 @@ void Print(const nlohmann::json& json, const std::string& table) {
 
 ExitCode InspectGuide(const GuideArguments& arguments) {
   // 1. The file, and the scene where one is given.
-  const GuideFile file = ReadGuide(arguments.guide);
+  GuideFile file = ReadGuide(arguments.guide);
   GuideView view;
   view.bounds = file.survey.bounds;
   if (!arguments.scene.empty()) view.scene = CompileSceneOf(file, arguments);
@@ -242,6 +248,12 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
   const auto* sd_tree = dynamic_cast<const SdTreeState*>(state.get());
   const auto* focal = dynamic_cast<const FocalState*>(state.get());
   const auto* grid = dynamic_cast<const GridState*>(state.get());
+  const auto* mixed = dynamic_cast<const MixedState*>(state.get());
+  if (mixed != nullptr) {
+    sd_tree = mixed->tree().get();
+    focal = mixed->focal().get();
+    file.training.reset();  // of both: no record is the tree's alone
+  }
   if (sd_tree == nullptr && focal == nullptr && grid == nullptr)
     throw Error(ErrorKind::kUnsupported,
                 arguments.guide + " holds nothing to show: method '" + view.label +
@@ -268,9 +280,23 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
                          {"choice", choice.empty() ? nlohmann::json() : nlohmann::json(choice)},
                          {"note", nullptr},
                          {"pictures", nlohmann::json::array()}};
-  json["state"] = sd_tree ? DescribeSdTree(sd_tree->tree())
-                  : focal ? DescribeFocal(focal->field())
-                          : DescribeGrid(*grid->grid());
+  std::string table;
+  const auto describe = [&](const char* part, const nlohmann::json& figures, const std::string& text) {
+    (mixed ? json["state"][part] : json["state"]) = figures;
+    table += text;
+  };
+  if (sd_tree) {
+    const auto figures = DescribeSdTree(sd_tree->tree());
+    describe("tree", figures, SdTreeTable(figures));
+  }
+  if (focal) {
+    const auto figures = DescribeFocal(focal->field());
+    describe("field", figures, FocalTable(figures));
+  }
+  if (grid) {
+    const auto figures = DescribeGrid(*grid->grid());
+    describe("grid", figures, GridTable(figures));
+  }
   if (view.point) {
     json["point"] = DescribePoint(*view.point, sd_tree ? &sd_tree->tree() : nullptr, focal ? &focal->field() : nullptr);
   }
@@ -282,18 +308,16 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
       DrawSdTree(*sd_tree, file, view, &pictures);
       if (view.point && RemakeTrees(file, view.point->p).empty())
         json["note"] = "the file has too few records of this place to show its D-tree before reconstruction";
-    } else if (grid) {
-      DrawGrid(*grid->grid(), view, &pictures);
-    } else {
-      DrawFocal(focal->field(), view, &pictures);
     }
+    if (focal) DrawFocal(focal->field(), view, &pictures);
+    if (grid) DrawGrid(*grid->grid(), view, &pictures);
     if (view.point && view.point->surface) DrawTechniques(*method, state, view, &pictures);
     json["pictures"] = pictures.pictures();
   }
   if (arguments.json) {
     std::cout << DumpJson(json) << "\n";
   } else {
-    Print(json, sd_tree ? SdTreeTable(json["state"]) : focal ? FocalTable(json["state"]) : GridTable(json["state"]));
+    Print(json, table);
   }
   return ExitCode::kOk;
 }

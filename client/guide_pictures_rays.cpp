@@ -1,12 +1,12 @@
 #include "client/guide_pictures.h"
 #include "core/guiding/guide_picture_space.h"
+#include "core/tracing/path_kernel.h"
 
 namespace lodestar {
 namespace {
 
 constexpr uint32_t kPaths = 4096, kPixels = 512;
 constexpr int kSegments = 3;
-constexpr int kMostInterfaces = 1000;  // as the path kernel
 constexpr char kAxes[] = "XYZ";
 
 struct Segment {
@@ -29,15 +29,17 @@ std::vector<Segment> Follow(const Scene& scene, SurfaceHit at, const Technique& 
     Ray ray{from, sample->w, kInfinity};
     Hit hit;
     Rgb emitted;
-    bool met = false;
-    for (int passed = 0; !met && passed <= kMostInterfaces && scene.Intersect(ray, &hit); ++passed) {
+    bool met = false, left = false;
+    for (int passed = 0; !met && passed <= kMostInterfaces; ++passed) {
+      left = !scene.Intersect(ray, &hit);
+      if (left) break;
       at.si = scene.Interaction(ray, hit);
       if (at.si.light >= 0) emitted += scene.Emitted(at.si, -ray.direction);
       at.bsdf = scene.BsdfAt(at.si, u_mix);
       met = at.bsdf.kind() != Bsdf::Kind::kNone;
       ray.origin = Scene::OffsetOrigin(at.si, ray.direction);
     }
-    if (!met) emitted += scene.Environment(ray.direction).radiance;
+    if (left) emitted += scene.Environment(ray.direction).radiance;
     path.push_back({from, met ? at.si.p : from + ray.direction * far, Luminance(weight * emitted)});
     if (!met) break;
     at.wo = at.si.shading.ToLocal(-ray.direction);

@@ -116,7 +116,13 @@ Image ReadImageFile(const fs::path& path) {
   return image;
 }
 
-void CheckReferenceSize(const Image& reference, const std::string& path, uint32_t width, uint32_t height) {
+void CheckReference(const Image& reference, const std::string& path, uint32_t width, uint32_t height) {
+  for (size_t i = 0; i < reference.size(); ++i) {
+    if (IsFinite(reference.pixels[i])) continue;
+    throw Error(ErrorKind::kInvalidInput, "the reference " + path + " is not finite at pixel " +
+                                              std::to_string(i % reference.width) + "," +
+                                              std::to_string(i / reference.width));
+  }
   if (reference.width == width && reference.height == height) return;
   const std::string size = std::to_string(reference.width) + "x" + std::to_string(reference.height);
   throw Error(ErrorKind::kInvalidInput, "the reference " + path + " has " + size +

@@ -33,7 +33,7 @@ Image ReadImageFile(const std::filesystem::path& path);
 FloatImage ToFloatImage(const Image& image);
 
 // Throws Error(kInvalidInput) where the reference has another size than the render will have.
-void CheckReferenceSize(const Image& reference, const std::string& path, uint32_t width, uint32_t height);
+void CheckReference(const Image& reference, const std::string& path, uint32_t width, uint32_t height);
 
 // Text to a file; beside the name first, then renamed. Throws Error(kIo).
 void WriteText(const std::filesystem::path& path, const std::string& text);

@@ -57,7 +57,7 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
   const CompiledJob compiled = CompileScene(description, job);
   if (reference)
-    CheckReferenceSize(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
+    CheckReference(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
 
   CheckExtras(arguments, aovs, compiled, job);
 

@@ -7,7 +7,7 @@
 namespace lodestar {
 
 std::string ReplayCommand(const nlohmann::json& report, const std::string& scene_path) try {
-  if (!report.contains("/health/first"_json_pointer)) return "";
+  if (scene_path.empty() || !report.contains("/health/first"_json_pointer)) return "";
   const auto& first = report.at("health").at("first");
   const auto& job = report.at("job");
   const auto& scene = report.at("scene");

@@ -63,7 +63,7 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
     MakeMethod(submission.spec, compiled.survey);  // refuses bad values of options here and now
     if (!follow.state.empty()) CheckLearns(compiled, submission.spec);
     if (reference) {
-      CheckReferenceSize(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
+      CheckReference(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);
     }
   }
   FarmClient farm(arguments.farm.address, arguments.farm.options);

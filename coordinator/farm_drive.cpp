@@ -146,8 +146,16 @@ void Farm::Drive(Job& job) {
     // Step 3: run.
     bool left = false;  // with the round under way in the last checkpoint
     Loop::Hooks hooks;
-    if (!stored.reference.empty())
+    if (!stored.reference.empty()) {
+      const Survey& survey = loop->survey();
+      // Before it is read: an asset may be far larger than any picture of this job.
+      if (std::filesystem::file_size(blobs_->PathOf(stored.reference)) !=
+          ImageBytesSize(survey.resolution_x, survey.resolution_y))
+        throw Error(ErrorKind::kInvalidInput, "the reference has another size than the job's image, " +
+                                                  std::to_string(survey.resolution_x) + "x" +
+                                                  std::to_string(survey.resolution_y) + " pixels");
       hooks.reference = std::make_shared<const Image>(ImageFromBytes(blobs_->Read(stored.reference)));
+    }
     hooks.progress = [&](const JobProgress& progress) {
       bool wanted = false;
       {

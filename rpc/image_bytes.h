@@ -7,6 +7,8 @@
 namespace lodestar {
 
 Bytes ImageToBytes(const Image& image);
+// Of such an image; `width` and `height` are those of a job, which are bounded.
+uint64_t ImageBytesSize(uint32_t width, uint32_t height);
 Image ImageFromBytes(std::string_view bytes);  // throws Error(kCorrupt)
 
 }  // namespace lodestar

@@ -66,10 +66,16 @@ void Worker::Fatal(std::exception_ptr error) {
 }
 
 void Worker::Persistently(const StopToken* stop, const std::function<void()>& call) {
+  // Half a minute. What is still refused then is refused for itself and not for what else is at hand there.
+  constexpr int kMostWhenExhausted = 20;
   Backoff backoff;
   for (int attempt = 0;; ++attempt) {
     try {
       return call();
+    } catch (const ExhaustedError& error) {
+      if (attempt >= kMostWhenExhausted || (stop && stop->Requested()) || abandon_.Requested() || drain_.Requested())
+        throw;
+      Sleeper::Real().Sleep(backoff.Next(), stop);
     } catch (const UnreachableError& error) {
       if ((stop && stop->Requested()) || abandon_.Requested()) throw;
       if (attempt % 20 == 0 && !drain_.Requested()) spdlog::warn("{}; trying again", error.what());

@@ -147,8 +147,11 @@ CombinedFilms Combine(std::span<const IterationFilm> films, const Method::Combin
   return result;
 }
 
-size_t FilmsToKeep(const Method::Combination& combination) {
-  return combination.kind == Kind::kInverseVariance ? std::max(1u, combination.last) - 1 : 1;
+size_t FilmsToKeep(const Method::Combination& combination, uint64_t pixels) {
+  if (combination.kind != Kind::kInverseVariance) return 1;
+  constexpr uint64_t kMostBytes = uint64_t{1} << 29, kBytesOfAPixel = 4 * sizeof(double);
+  const uint64_t room = std::max<uint64_t>(3, kMostBytes / (kBytesOfAPixel * std::max<uint64_t>(1, pixels)));
+  return std::min<uint64_t>(std::max(1u, combination.last) - 1, room);
 }
 
 }  // namespace lodestar

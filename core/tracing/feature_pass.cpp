@@ -19,8 +19,6 @@
 namespace lodestar {
 namespace {
 
-constexpr int kMostInterfaces = 1000;  // as the path kernel
-
 // The next surface that scatters along a ray, as the path's vertex `depth`.
 std::optional<SurfaceHit> NextSurface(const Scene& scene, Ray ray, uint32_t depth, Sampler& sampler) {
   sampler.StartAt(kFirstVertexPair + depth * kPairsPerVertex);

@@ -29,6 +29,9 @@ struct PathSettings {
   Roulette roulette = Roulette::kContribution;  // of guided paths; others look at the throughput
 };
 
+// That a ray goes through before it is given up: it may graze a stack of them.
+inline constexpr int kMostInterfaces = 1000;
+
 // Dimension pairs of a path: pixel, lens, then four a vertex: (roulette, mix), (lobe or technique, light), direction,
 // position on the light.
 inline constexpr uint32_t kFirstVertexPair = 2, kPairsPerVertex = 4;
@@ -167,7 +170,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       // them for ever.
       if constexpr (kRecording)
         vertices->push_back({.emitted = emitted, .emission_weight = emission_weight, .weight = Rgb(1)});
-      if (++passed > 1000) break;
+      if (++passed > kMostInterfaces) break;
       travelled += hit.t;
       ray.origin = Scene::OffsetOrigin(si, ray.direction);
       continue;

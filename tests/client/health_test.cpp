@@ -13,21 +13,6 @@
 namespace lodestar {
 namespace {
 
-constexpr const char* kView = R"(
-LookAt 0 1 3  0 0.5 0  0 1 0
-Camera "perspective" "float fov" [ 40 ]
-Film "rgb" "integer xresolution" [ 16 ] "integer yresolution" [ 12 ]
-PixelFilter "box" "float xradius" [ 0.5 ] "float yradius" [ 0.5 ]
-Integrator "path" "integer maxdepth" [ 4 ]
-WorldBegin
-Material "diffuse" "rgb reflectance" [ 0.9 0.9 0.9 ]
-Shape "trianglemesh" "point3 P" [ -2 0 -2  2 0 -2  2 0 2  -2 0 2 ] "integer indices" [ 0 1 2 0 2 3 ]
-)";
-// A spot so strong and so near that light which comes back to where it shines is beyond the range of float.
-constexpr const char* kBlinding = R"(
-LightSource "spot" "rgb I" [ 3e38 3e38 3e38 ] "point3 from" [ 0 0.3 0 ] "point3 to" [ 0 0 0 ]
-  "float coneangle" [ 15 ] "float conedeltaangle" [ 1 ]
-)";
 // A sky whose samples are numbers, but whose squares are not.
 constexpr const char* kDazzling = "LightSource \"infinite\" \"rgb L\" [ 1e25 1e25 1e25 ]";
 
@@ -74,7 +59,7 @@ class Health : public testing::TestWithParam<BadSample> {};
 
 TEST_P(Health, ThePrintedCommandReplaysTheSampleToTheBit) {
   TemporaryFolder folder;
-  const std::string scene = folder.Write("bright.pbrt", std::string(kView) + GetParam().light);
+  const std::string scene = folder.Write("bright.pbrt", std::string(kPlainFloor) + GetParam().light);
   const Ran ran = RunLodestar(
       {"render", scene, "--method", GetParam().method, "--spp", "31", "--seed", "0", "-o", folder / "a.pfm", "--json"},
       {"LODESTAR_PLOT=/nonexistent"});
@@ -104,8 +89,8 @@ TEST_P(Health, ThePrintedCommandReplaysTheSampleToTheBit) {
   EXPECT_EQ(sample["bits"], Bits(onlooker.seen));
 }
 INSTANTIATE_TEST_SUITE_P(Of, Health,
-                         testing::Values(BadSample{"path", kBlinding, "infinite"},
-                                         BadSample{"sdtree", kBlinding, "infinite"},
+                         testing::Values(BadSample{"path", kBlindingLight, "infinite"},
+                                         BadSample{"sdtree", kBlindingLight, "infinite"},
                                          BadSample{"path", kDazzling, "clamped"},
                                          BadSample{"sdtree", kDazzling, "clamped"}),
                          [](const auto& info) { return std::string(info.param.method) + "_" + info.param.event; });

@@ -287,6 +287,17 @@ TEST_F(Inspect, WrongOptionsSayWhatToTry) {
   EXPECT_THAT(path.err, HasSubstr("learns nothing"));
 }
 
+TEST_F(Inspect, BothPartsOfAMixture) {
+  Render({"--method", "sdtree+focal", "--option", "initial-iterations=1"});
+  const nlohmann::json shown = Json({"--pixel", "16,20", "-o", folder_ / "mixed"});
+  EXPECT_TRUE(shown["state"]["tree"].contains("spatial")) << shown["state"].dump();
+  EXPECT_FALSE(shown["state"]["field"].empty());
+  EXPECT_TRUE(shown["point"].contains("leaf") && shown["point"].contains("focal_share")) << shown["point"].dump();
+  auto pictures = Pictures(shown);
+  ExpectPaths(pictures);
+  for (const char* name : {"dtree", "focal-max-x", "bsdf"}) EXPECT_TRUE(pictures.contains(name)) << name;
+}
+
 // What `auto` chose is what is shown.
 TEST_F(Inspect, AStateOfAuto) {
   Render({"--method", "auto", "--option", "candidates=sdtree"});
@@ -294,10 +305,11 @@ TEST_F(Inspect, AStateOfAuto) {
   EXPECT_EQ(shown["method"], "auto (sdtree)");
   EXPECT_TRUE(shown["state"].contains("spatial")) << shown["state"].dump();
   EXPECT_TRUE(Pictures(shown).contains("dtree-native"));  // the records of its last training are in the file
-  Render({"--method", "auto", "--option", "candidates=path"});
+  EXPECT_EQ(shown["choice"], "sdtree");
+  Render({"--method", "auto", "--option", "candidates=path,sdtree"});
   const Ran path = Run({});
   EXPECT_NE(path.code, 0);
-  EXPECT_THAT(path.err, HasSubstr("'auto (path)' learns nothing"));
+  EXPECT_THAT(path.err, AllOf(HasSubstr("'auto (path)' learns nothing"), HasSubstr("Chose path: the budget ended")));
 }
 
 // Channels of an EXR by name.

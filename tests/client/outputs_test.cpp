@@ -65,9 +65,9 @@ TEST(Outputs, AFolderThatCannotBeWrittenIsFoundBeforeTheRender) {
 }
 
 TEST(Outputs, AReferenceOfAnotherSizeIsRefusedWithTheSizeToAskFor) {
-  CheckReferenceSize(Gradient(), "ref.exr", 5, 3);
+  CheckReference(Gradient(), "ref.exr", 5, 3);
   try {
-    CheckReferenceSize(Gradient(), "ref.exr", 640, 360);
+    CheckReference(Gradient(), "ref.exr", 640, 360);
     ADD_FAILURE();
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("--resolution 5x3"));

@@ -48,17 +48,17 @@ TEST(Program, WrongWordsSuggestWhatWasMeant) {
     std::vector<std::string> arguments;
     const char* said;
   };
-  const Case cases[] = {
-      {{"rendr", "x"}, "did you mean render?"},
-      {{"render", "x.pbrt", "--sppp", "4"}, "did you mean --spp?"},
-      {{"render", "x.pbrt", "--method", "sdtre"}, "did you mean sdtree?"},
-      {{"render", "x.pbrt", "--method", "path", "--combine", "discard"}, "have it: sdtree, focal"},
-      {{"render", "x.pbrt", "--method", "auto", "--target", "full"}, "but sdtree has it; choose with"},
-      {{"render", "x.pbrt", "--time", "soon"}, "60s"},
-      {{"render", "x.pbrt", "--resolution", "12"}, "640x360"},
-      {{"render", "x.pbrt", "-o", "x.jpg"}, ".exr"},
-      {{"render"}, "scene"},
-      {{"compare", "x.pbrt", "--methods", "path,pth", "-o", "/tmp/never"}, "did you mean path?"}};
+  const Case cases[] = {{{"rendr", "x"}, "did you mean render?"},
+                        {{"render", "x.pbrt", "--sppp", "4"}, "did you mean --spp?"},
+                        {{"render", "x.pbrt", "--method", "sdtre"}, "did you mean sdtree or sdtree+focal?"},
+                        {{"render", "x.pbrt", "--method", "path", "--combine", "discard"}, "have it: sdtree, focal"},
+                        {{"render", "x.pbrt", "--method", "auto", "--target", "full"},
+                         "but these have it: sdtree, sdtree+focal; choose with"},
+                        {{"render", "x.pbrt", "--time", "soon"}, "60s"},
+                        {{"render", "x.pbrt", "--resolution", "12"}, "640x360"},
+                        {{"render", "x.pbrt", "-o", "x.jpg"}, ".exr"},
+                        {{"render"}, "scene"},
+                        {{"compare", "x.pbrt", "--methods", "path,pth", "-o", "/tmp/never"}, "did you mean path?"}};
   for (const Case& c : cases) {
     const Ran ran = RunLodestar(c.arguments);
     EXPECT_EQ(ran.code, 2) << ran.err;

@@ -25,17 +25,20 @@ AreaLightSource "diffuse" "rgb L" [ 5 5 5 ]
 Shape "trianglemesh" "point3 P" [ -1 2 -1  1 2 -1  1 2 1  -1 2 1 ] "integer indices" [ 0 1 2  0 2 3 ]
 )";
 
-const char kBlindingScene[] = R"(
+const char kPlainFloor[] = R"(
 LookAt 0 1 3  0 0.5 0  0 1 0
 Camera "perspective" "float fov" [ 40 ]
 Film "rgb" "integer xresolution" [ 16 ] "integer yresolution" [ 12 ]
 PixelFilter "box" "float xradius" [ 0.5 ] "float yradius" [ 0.5 ]
 Integrator "path" "integer maxdepth" [ 4 ]
 WorldBegin
-LightSource "spot" "rgb I" [ 3e38 3e38 3e38 ] "point3 from" [ 0 0.3 0 ] "point3 to" [ 0 0 0 ]
-  "float coneangle" [ 15 ] "float conedeltaangle" [ 1 ]
 Material "diffuse" "rgb reflectance" [ 0.9 0.9 0.9 ]
 Shape "trianglemesh" "point3 P" [ -2 0 -2  2 0 -2  2 0 2  -2 0 2 ] "integer indices" [ 0 1 2 0 2 3 ]
+)";
+
+const char kBlindingLight[] = R"(
+LightSource "spot" "rgb I" [ 3e38 3e38 3e38 ] "point3 from" [ 0 0.3 0 ] "point3 to" [ 0 0 0 ]
+  "float coneangle" [ 15 ] "float conedeltaangle" [ 1 ]
 )";
 
 std::string ReadText(const std::filesystem::path& path) {

@@ -21,8 +21,8 @@ std::string ReadText(const std::filesystem::path& path);
 
 // A scene that renders in milliseconds: a lit square over a floor, 16x12 pixels, 4 spp.
 extern const char kTinyScene[];
-// 16x12 pixels lit by a spot so strong and so near that light which comes back to where it shines is beyond the range
-// of float.
-extern const char kBlindingScene[];
+// A floor in 16x12 pixels, to be lit by what follows; and a spot so strong and so near it that light which comes back
+// to where it shines is beyond the range of float.
+extern const char kPlainFloor[], kBlindingLight[];
 
 }  // namespace lodestar

@@ -16,11 +16,13 @@ TEST_F(InProcessFarm, AJobStaysWithTheFingerprintThatBeganIt) {
     const auto survey = first.Lease();
     ASSERT_TRUE(survey && !survey->render);
     first.Survey(*survey);
-    EXPECT_FALSE(other.Lease(milliseconds(100))) << "the job has begun on another fingerprint";
     const auto unit = first.Lease();
     ASSERT_TRUE(unit && unit->render);
+    EXPECT_FALSE(other.Lease(milliseconds(100))) << "the job has begun on another fingerprint";
+    const auto more = first.Lease();
+    ASSERT_TRUE(more && more->render) << "there was work to be had";
     first.Render(*unit);
-    EXPECT_FALSE(other.Lease(milliseconds(100)));
+    first.Render(*more);
   }
   // The next job is anyone's.
   const auto next = SubmitBox(spec);

@@ -50,11 +50,12 @@ struct InProcessFarm : testing::Test {
     worker.trial.program = LODESTAR_BINARY_DIR "/bin/lodestar-worker";
     return worker;
   }
-  JobId SubmitBox(const JobSpec& spec) {
+  JobId SubmitBox(const JobSpec& spec, const ContentHash& reference = {}) {
     JobSubmission submission;
     submission.name = "box";
     submission.spec = spec;
     submission.scene = client->Upload(box);
+    submission.reference = reference;
     return client->SubmitJob(submission);
   }
 };

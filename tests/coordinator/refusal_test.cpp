@@ -1,10 +1,12 @@
-// A coordinator that takes no result: the worker says so, and the job ends with the reason instead of going round for
-// ever.
+// Jobs that cannot go on end with the reason. Where a coordinator takes no result the worker says so, and the job does
+// not go round for ever; one that has too much at hand gets results later.
 #include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server_builder.h>
 
 #include <algorithm>
+#include <atomic>
 #include <thread>
+#include <vector>
 
 #include "lodestar/v1/worker.grpc.pb.h"
 #include "rpc/channel.h"
@@ -16,10 +18,11 @@ namespace {
 
 constexpr const char* kReason = "the film of this contribution is of another size";
 
-// Stands before a coordinator, hands on every call, and refuses contributions itself.
+// Stands before a coordinator, hands on every call, and refuses so many contributions itself.
 class RefusingFront final : public v1::Work::Service {
  public:
-  explicit RefusingFront(const std::string& coordinator) : behind_(v1::Work::NewStub(OpenChannel(coordinator))) {
+  RefusingFront(const std::string& coordinator, const grpc::Status& refusal, int times)
+      : refusal_(refusal), left_(times), behind_(v1::Work::NewStub(OpenChannel(coordinator))) {
     int port = 0;
     grpc::ServerBuilder builder;
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
@@ -57,12 +60,18 @@ class RefusingFront final : public v1::Work::Service {
     const auto context = Onward(c);
     return HandOn(*behind_->FetchAsset(context.get(), *q), out);
   }
-  grpc::Status SubmitContribution(grpc::ServerContext*, grpc::ServerReader<v1::ContributionChunk>* in,
-                                  v1::SubmitContributionReply*) override {
-    for (v1::ContributionChunk chunk; in->Read(&chunk);) {
-    }
-    return ToStatus(Error(ErrorKind::kCorrupt, kReason));
+  grpc::Status SubmitContribution(grpc::ServerContext* c, grpc::ServerReader<v1::ContributionChunk>* in,
+                                  v1::SubmitContributionReply* r) override {
+    std::vector<v1::ContributionChunk> chunks;
+    for (v1::ContributionChunk chunk; in->Read(&chunk);) chunks.push_back(chunk);
+    if (left_.fetch_sub(1) > 0) return refusal_;
+    const auto context = Onward(c);
+    const auto out = behind_->SubmitContribution(context.get(), r);
+    for (const v1::ContributionChunk& chunk : chunks) out->Write(chunk);
+    out->WritesDone();
+    return out->Finish();
   }
+  bool refused_all() const { return left_ <= 0; }
 
  private:
   static std::unique_ptr<grpc::ClientContext> Onward(const grpc::ServerContext* from) {
@@ -75,13 +84,15 @@ class RefusingFront final : public v1::Work::Service {
     for (Chunk chunk; in.Read(&chunk);) out->Write(chunk);
     return in.Finish();
   }
+  const grpc::Status refusal_;
+  std::atomic<int> left_;
   const std::unique_ptr<v1::Work::Stub> behind_;
   std::unique_ptr<grpc::Server> server_;
   std::string address_;
 };
 
 TEST_F(InProcessFarm, AJobWhoseResultsAreRefusedEndsWithTheReason) {
-  RefusingFront front(server->address());
+  RefusingFront front(server->address(), ToStatus(Error(ErrorKind::kCorrupt, kReason)), 1000);
   Worker worker(WorkerOptions(front.address()));
   std::thread thread([&] { worker.Run(); });
   const auto id = SubmitBox(BoxJob("path", 64));
@@ -96,6 +107,33 @@ TEST_F(InProcessFarm, AJobWhoseResultsAreRefusedEndsWithTheReason) {
                           [](const std::string& line) { return line.find(kReason) != std::string::npos; }),
             options.strikes + 1)
       << "one strike a delivery, however many leases it held, and the end: " << testing::PrintToString(status.log);
+}
+
+TEST_F(InProcessFarm, AReferenceOfAnotherSizeEndsTheJobWithTheReason) {
+  Worker worker(WorkerOptions(server->address()));
+  std::thread thread([&] { worker.Run(); });
+  const Image small{2, 2, std::vector<Rgb>(4, Rgb(1)), std::vector<float>(4)};
+  const auto id = SubmitBox(BoxJob("path", 8), client->UploadImage(small));
+  const bool ended = Eventually(std::chrono::seconds(30), [&] { return Ended(client->GetJob(id).phase); });
+  worker.Drain();
+  thread.join();
+  ASSERT_TRUE(ended);
+  EXPECT_EQ(client->GetJob(id).phase, JobPhase::kFailed);
+  EXPECT_NE(client->GetJob(id).error.find("the reference has another size"), std::string::npos)
+      << client->GetJob(id).error;
+}
+
+TEST_F(InProcessFarm, ACoordinatorWithTooMuchAtHandGetsResultsLater) {
+  RefusingFront front(server->address(), ToStatus(ExhaustedError("too many calls are waiting")), options.strikes + 1);
+  Worker worker(WorkerOptions(front.address()));
+  std::thread thread([&] { worker.Run(); });
+  const auto id = SubmitBox(BoxJob("path", 64));
+  const bool ended = Eventually(std::chrono::seconds(30), [&] { return Ended(client->GetJob(id).phase); });
+  worker.Drain();
+  thread.join();
+  ASSERT_TRUE(ended);
+  EXPECT_TRUE(front.refused_all());
+  EXPECT_EQ(client->GetJob(id).phase, JobPhase::kDone) << client->GetJob(id).error;
 }
 
 }  // namespace

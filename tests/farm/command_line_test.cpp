@@ -106,7 +106,7 @@ TEST_F(FarmCommands, WhatIsNotSupportedIsRefusedHereUnlessLenient) {
 }
 
 TEST_F(FarmCommands, TheReplayCommandOfAReportRuns) {
-  folder_.Write("scene/blinding.pbrt", kBlindingScene);
+  folder_.Write("scene/blinding.pbrt", std::string(kPlainFloor) + kBlindingLight);
   const std::string id =
       Json(Shell("cd scene && lodestar submit blinding.pbrt --method path --spp 31 --watch --quiet --json"))["job"];
   const auto health = Json(Shell("lodestar report " + id + " --json"))["health"];

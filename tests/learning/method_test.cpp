@@ -156,7 +156,7 @@ TEST(GridMethod, FilmsOfItsStepsAreKept) {
     JobSpec job;
     job.method = "grid";
     job.options["steps"] = steps;
-    return FilmsToKeep(GridMethod(job, SyntheticSurvey()).combination());
+    return FilmsToKeep(GridMethod(job, SyntheticSurvey()).combination(), 40 * 24);
   };
   EXPECT_EQ(films("0"), 0u);
   EXPECT_EQ(films("5"), 5u);

@@ -4,6 +4,7 @@
 
 #include "core/base/error.h"
 #include "lodestar/v1/farm.pb.h"
+#include "rpc/image_bytes.h"
 
 namespace lodestar {
 namespace {
@@ -146,6 +147,22 @@ TEST(Convert, ContributionHeadersSurviveOrAreRefused) {
   m = ToProto(h);
   m.set_seconds(std::nan(""));
   EXPECT_EQ(FromProto(m).seconds, 0) << "speed is only a hint";
+}
+
+TEST(ImageBytes, SurviveOrAreRefused) {
+  Image image{3, 2, std::vector<Rgb>(6, Rgb(0.5f, 1, 2)), std::vector<float>(6, 0.25f)};
+  const Bytes bytes = ImageToBytes(image);
+  EXPECT_EQ(bytes.size(), ImageBytesSize(3, 2));
+  const Image back = ImageFromBytes(bytes);
+  EXPECT_EQ(back.pixels, image.pixels);
+  EXPECT_EQ(back.variance, image.variance);
+  // Sizes whose product, times four, is nothing: they come from clients.
+  ByteWriter empty;
+  empty.Put(uint32_t{1} << 31);
+  empty.Put(uint32_t{1} << 31);
+  empty.PutVector(std::vector<float>());
+  EXPECT_THROW(ImageFromBytes(empty.bytes()), Error);
+  EXPECT_THROW(ImageFromBytes(std::string_view(bytes).substr(0, bytes.size() - 4)), Error);
 }
 
 TEST(ContributionHeader, TakesEachUnitOfOneRoundOnce) {
