@@ -289,7 +289,7 @@ TEST_F(Inspect, WrongOptionsSayWhatToTry) {
 
 TEST_F(Inspect, BothPartsOfAMixture) {
   Render({"--method", "sdtree+focal", "--option", "initial-iterations=1"});
-  const nlohmann::json shown = Json({"--pixel", "16,20", "-o", folder_ / "mixed"});
+  const nlohmann::json shown = Json({scene_, "--pixel", "16,20", "-o", folder_ / "mixed"});
   EXPECT_TRUE(shown["state"]["tree"].contains("spatial")) << shown["state"].dump();
   EXPECT_FALSE(shown["state"]["field"].empty());
   EXPECT_TRUE(shown["point"].contains("leaf") && shown["point"].contains("focal_share")) << shown["point"].dump();
