@@ -1,6 +1,6 @@
-// An array of zeroes straight from the operating system: pages that are never touched cost nothing, so an accumulator
-// as wide as the state is cheap to create for a second's work. Large pages are of 2 MiB where the system grants them,
-// so that an addition at random misses the cache but not the translation of its address too.
+// An array of zeroes, from 2 MiB on straight from the operating system: pages that are never touched cost nothing, so
+// an accumulator as wide as the state is cheap to create for a second's work. Large pages are of 2 MiB where the system
+// grants them, so that an addition at random misses the cache but not the translation of its address too.
 //
 // Pages that were touched are dear: the system clears each before it hands it out (measured in a virtual machine: 1 ms
 // a MiB). So whoever has cleared what it touched may keep the pages for the process's next array.

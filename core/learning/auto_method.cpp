@@ -1,7 +1,6 @@
 #include "core/learning/auto_method.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <type_traits>
@@ -24,7 +23,6 @@ constexpr const char* kWhat = "state of method 'auto'";
 // As much as a learner's film may be better than the one before.
 constexpr double kMostGrowth = 1.5;
 
-// What can race, in the order of the pilots: of equals the first wins, which is the simplest.
 template <class M>
 std::unique_ptr<Method> Make(const JobSpec& job, const Survey& survey) {
   if constexpr (std::is_constructible_v<M, const JobSpec&, const Survey&>) {
@@ -44,6 +42,7 @@ struct Racer {
   uint32_t pilot_iterations, pilot_paths;
   double worth_above;
 };
+// What can race, in the order of the pilots: of equals the first wins, which is the simplest.
 const std::vector<Racer>& Racers() {
   static const std::vector<Racer> kRacers = {
       {"path", Make<PathMethod>, {}, 1.6, 1, 1, 0},
@@ -257,14 +256,14 @@ bool AutoMethod::Hopeless(const Parts& parts, const IterationResult& result) con
   const Candidate& candidate = candidates_[parts.active];
   const AutoState::Entrant& entrant = parts.entrants[parts.active];
   uint32_t left = 0;
+  double growth = kMostGrowth;  // of one more, of probation
   for (uint64_t passes = entrant.passes;
        passes < candidate.pilot_passes || entrant.iterations + left < candidate.pilot_iterations; ++left) {
-    const uint64_t own = OwnPasses(parts, parts.active, left);
-    if (own == 0) break;
-    passes += own;
+    const uint64_t next = OwnPasses(parts, parts.active, left);
+    if (next == 0) break;
+    passes += next;
+    growth *= kMostGrowth;
   }
-  // And one more, of probation.
-  const double growth = std::pow(kMostGrowth, left + 1);
   for (uint32_t c = 0; c < parts.active; ++c) {
     const PilotResult* other = LastOf(results, c);
     if (other != nullptr && CompareEfficiency(*own, *other).high * growth < 1) return true;

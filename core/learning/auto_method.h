@@ -68,7 +68,7 @@ class AutoMethod final : public Method {
     const char* name;
     std::unique_ptr<Method> method;
     double vertex_work;         // of shading a vertex, in rays
-    uint32_t pilot_iterations;  // its pilot has at least so many ...
+    uint32_t pilot_iterations;  // its pilot has at least so many, unless it is hopeless before, ...
     uint64_t pilot_passes;      // ... and so many passes
     double worth_above;         // looked at only where the first film's RelativeVariance is at least this
   };

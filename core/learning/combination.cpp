@@ -124,34 +124,32 @@ CombinedFilms Combine(std::span<const IterationFilm> films, const Method::Combin
   LODESTAR_CHECK(!films.empty());
   CombinedFilms result;
   result.weights.resize(films.size());
-  const bool all = combination.kind == Kind::kInverseVariance;
-  const size_t used = all ? std::min<size_t>(films.size(), std::max(1u, combination.last)) : films.size();
-  const std::vector<Image> images = DevelopAll(films.last(used));
-  if (all) {
-    const std::vector<double> last = InverseVarianceWeights(films.last(used), images);
-    std::copy(last.begin(), last.end(), result.weights.end() - static_cast<std::ptrdiff_t>(used));
-  } else {
+  if (combination.kind != Kind::kInverseVariance) {
     size_t most = 0;
     for (size_t i = 1; i < films.size(); ++i) {
       if (films[i].film.passes() >= films[most].film.passes()) most = i;
     }
-    result.weights[most] = films[most].film.passes() > 0 ? 1 : 0;
+    result.passes = films[most].film.passes();
+    result.weights[most] = result.passes > 0 ? 1 : 0;
+    result.image = films[most].film.Develop();
+    return result;
   }
+  const size_t used = std::min<size_t>(films.size(), std::max(1u, combination.last));
+  const std::span<double> weights = std::span(result.weights).last(used);
+  const std::vector<Image> images = DevelopAll(films.last(used));
+  std::ranges::copy(InverseVarianceWeights(films.last(used), images), weights.begin());
   double total = 0;
-  for (const double w : result.weights) total += w;
-  for (double& w : result.weights) w = total > 0 ? w / total : 0;
-  result.image = WeightedMean(images, std::span(result.weights).last(used));
+  for (const double w : weights) total += w;
+  for (double& w : weights) w = total > 0 ? w / total : 0;
+  result.image = WeightedMean(images, weights);
   for (size_t i = 0; i < films.size(); ++i) {
     if (result.weights[i] > 0) result.passes += films[i].film.passes();
   }
   return result;
 }
 
-size_t FilmsToKeep(const Method::Combination& combination, uint64_t pixels) {
-  if (combination.kind != Kind::kInverseVariance) return 1;
-  constexpr uint64_t kMostBytes = uint64_t{1} << 29, kBytesOfAPixel = 4 * sizeof(double);
-  const uint64_t room = std::max<uint64_t>(3, kMostBytes / (kBytesOfAPixel * std::max<uint64_t>(1, pixels)));
-  return std::min<uint64_t>(std::max(1u, combination.last) - 1, room);
+size_t FilmsToKeep(const Method::Combination& combination) {
+  return combination.kind == Kind::kInverseVariance ? std::max(1u, combination.last) - 1 : 1;
 }
 
 }  // namespace lodestar

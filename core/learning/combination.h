@@ -25,8 +25,7 @@ struct CombinedFilms {
 //   weights come from the samples they weigh: with a whole image's mean variance behind each, the bias is of the order
 //   of the relative error of that mean, over the number of pixels; tests of means use discard.
 CombinedFilms Combine(std::span<const IterationFilm> films, const Method::Combination& combination);
-// How many of the films so far are kept for the image once another iteration begins, of those that can still matter.
-// Never fewer than the last three, and no more than half a gibibyte.
-size_t FilmsToKeep(const Method::Combination& combination, uint64_t pixels);
+// How many of the films so far can still matter once another iteration begins.
+size_t FilmsToKeep(const Method::Combination& combination);
 
 }  // namespace lodestar

@@ -105,7 +105,12 @@ GridMethod::GridMethod(const JobSpec& job, const Survey& survey) : bounds_(surve
   options_.steps = given.Text("steps") == "auto" ? AutomaticSteps(job, options_.batch)
                                                  : static_cast<uint32_t>(given.Integer("steps", 0, 100000));
   // Steps have the same number of passes each, unlike iterations that double: the last four would leave most out.
-  options_.combination.last = static_cast<uint32_t>(std::min<uint64_t>(options_.steps, kMostSteps)) + 1;
+  // Of large pictures fewer are kept, by what they take.
+  constexpr uint64_t kMostFilmBytes = uint64_t{1} << 29, kBytesOfAPixel = 4 * sizeof(double);
+  const uint64_t pixels = std::max<uint64_t>(1, uint64_t{survey.resolution_x} * survey.resolution_y);
+  const uint64_t room = std::max<uint64_t>(3, kMostFilmBytes / (kBytesOfAPixel * pixels));
+  options_.combination.last =
+      static_cast<uint32_t>(std::min({uint64_t{options_.steps}, uint64_t{kMostSteps}, room})) + 1;
 }
 
 std::shared_ptr<const State> GridMethod::Initial() const {

@@ -58,6 +58,9 @@ class GridMethod final : public Method {
   }
   // With a memo: that it is biased, and by how much.
   std::string Explain(const State& state) const override;
+  std::map<std::string, std::string> DecidedOptions() const override {
+    return {{"steps", std::to_string(options_.steps)}};
+  }
   Combination combination() const override { return options_.combination; }
 
  private:

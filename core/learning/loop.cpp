@@ -251,7 +251,7 @@ void Loop::Advance(const Clock& clock) {
 }
 
 void Loop::BeginIteration() {
-  const size_t keep = FilmsToKeep(method_->combination(), uint64_t{grid_.width()} * grid_.height());
+  const size_t keep = FilmsToKeep(method_->combination());
   if (films_.size() > keep) films_.erase(films_.begin(), films_.end() - static_cast<std::ptrdiff_t>(keep));
   films_.push_back({iteration_, Film(grid_)});
   learned_.reset();

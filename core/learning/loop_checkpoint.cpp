@@ -121,8 +121,7 @@ class LoopCheckpoint {
   static void ReadFilms(ByteReader& in, Loop* loop) {
     loop->films_.clear();
     const auto count = in.Get<uint64_t>();
-    const uint64_t pixels = uint64_t{loop->grid_.width()} * loop->grid_.height();
-    if (count == 0 || count > FilmsToKeep(loop->method_->combination(), pixels) + 1)
+    if (count == 0 || count > FilmsToKeep(loop->method_->combination()) + 1)
       in.Fail("has a number of films that its method cannot have");
     for (uint64_t i = 0; i < count; ++i) {
       IterationFilm film;

@@ -100,8 +100,13 @@ MethodEntry MixedMethod::Entry() {
   MethodEntry entry = {"sdtree+focal",
                        "path tracing guided by an SD-tree and by places where light converges, in one learned mixture",
                        {}};
-  for (const OptionHelp& option : SdTreeMethod::Entry().options) {
-    if (OfTree(option.name)) entry.options.push_back(option);
+  for (OptionHelp option : SdTreeMethod::Entry().options) {
+    if (!OfTree(option.name)) continue;
+    // Iterations have other lengths here.
+    if (option.name == "target") option.help = "as for sdtree, but switching is full from the fifth iteration on";
+    if (option.name == "combine") option.help = "as for sdtree, but the last eight by their variance";
+    if (option.name == "training") option.help = "as for sdtree, but iteration k has about 2^(k/2) passes";
+    entry.options.push_back(option);
   }
   for (OptionHelp option : FocalMethod::Entry().options) {
     if (!OfFocal(option.name)) continue;

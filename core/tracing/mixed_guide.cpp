@@ -14,9 +14,9 @@ void MixedGuide::Record(std::span<const PathVertex> vertices, const PixelSample&
     if (!vertex.recorded) continue;
     const float tree = tree_.TreePdf(vertex.leaf, vertex.wi);
     const float inner = Lerp(tree_.BsdfFraction(vertex.leaf), tree, vertex.bsdf_pdf);
-    const float scale = inner > 0 ? vertex.pdf / inner : 0;
-    vertex.guide_pdf = scale * tree;
-    vertex.bsdf_pdf *= scale;
+    // Divided first: the quotients are bounded by the shares, whatever the densities.
+    vertex.guide_pdf = inner > 0 ? tree / inner * vertex.pdf : 0;
+    vertex.bsdf_pdf = inner > 0 ? vertex.bsdf_pdf / inner * vertex.pdf : 0;
   }
   tree_.Record(own, sample, &scratch->tree, &learned.tree());
   if (field_.iteration() >= field_.options().iterations()) return;

@@ -152,16 +152,18 @@ TEST(SdTreeMethod, EmptySceneBoundsAreRefused) {
 }
 
 TEST(GridMethod, FilmsOfItsStepsAreKept) {
-  const auto films = [](const std::string& steps) {
+  const auto films = [](const std::string& steps, uint32_t width = 40, uint32_t height = 24) {
     JobSpec job;
     job.method = "grid";
     job.options["steps"] = steps;
-    return FilmsToKeep(GridMethod(job, SyntheticSurvey()).combination(), 40 * 24);
+    return FilmsToKeep(GridMethod(job, SyntheticSurvey(width, height)).combination());
   };
   EXPECT_EQ(films("0"), 0u);
   EXPECT_EQ(films("5"), 5u);
   EXPECT_EQ(films("auto"), 16u);
   EXPECT_EQ(films("100"), 16u);  // memory is bounded
+  EXPECT_EQ(films("100", 1920, 1080), 8u);
+  EXPECT_EQ(films("100", 8000, 8000), 3u);
 }
 
 TEST(GridMethod, MemoSaysThatItIsBiased) {

@@ -153,7 +153,8 @@ double Asymmetry(const BsdfCase& c, const std::function<Rgb(Vec3 wo, Vec3 wi)>& 
     }
     for (int k = 0; k < 3; ++k) {
       const double difference = std::fabs(forward[k] - backward[k] * ratio) - 1e-6;
-      if (difference > 0) worst = std::max(worst, difference / forward[k]);
+      // A difference that is no number is not small.
+      if (!(difference <= 0)) worst = std::isfinite(difference) ? std::max(worst, difference / forward[k]) : 1e30;
     }
   }
   return worst;

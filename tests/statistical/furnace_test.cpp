@@ -75,7 +75,7 @@ test::Moments Samples(const CompiledJob& furnace, const PathSettings& settings) 
 // from the first bounce on or late, and light samples only spread it: white paths are never ended, grey ones fairly.
 TEST(AnalyticTest, FurnacePathsWithAndWithoutRoulette) {
   constexpr int kNever = kDepth + 1;
-  const double level = test::SidakLevel(0.01, 12);
+  const double level = test::SidakLevel(0.01, 18);
   for (const double albedo : {0.5, 0.8, 1.0}) {
     const CompiledJob furnace = Furnace(albedo);
     const double expected = Radiance(albedo);

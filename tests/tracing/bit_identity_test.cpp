@@ -157,6 +157,13 @@ TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
 
 class ReplayTest : public testing::TestWithParam<JobSpec> {};
 
+// Beside what the jobs of this file say, what a method decides from the budget.
+std::vector<JobSpec> ReplayedJobs() {
+  std::vector<JobSpec> jobs = GuidedJobs();
+  jobs.push_back(GuidedJob("grid"));
+  return jobs;
+}
+
 TEST_P(ReplayTest, ARunByTimeReplaysFromItsReport) {
   JobSpec job = GetParam();
   job.budget = {.seconds = 0.5};
@@ -170,7 +177,7 @@ TEST_P(ReplayTest, ARunByTimeReplaysFromItsReport) {
   EXPECT_EQ(timed.state, again.state);
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, ReplayTest, testing::ValuesIn(GuidedJobs()), [](const auto& info) {
+INSTANTIATE_TEST_SUITE_P(Of, ReplayTest, testing::ValuesIn(ReplayedJobs()), [](const auto& info) {
   std::string name = info.param.method;
   std::ranges::replace(name, '+', '_');
   return name + "_" + std::to_string(info.index);

@@ -206,7 +206,11 @@ class GridPath {
     return {grid_, options_};
   }
 
-  GridMethod::Options options_{.grid = {.cells = 2}};
+  GridMethod::Options options_ = [] {
+    GridMethod::Options options;
+    options.grid.cells = 2;
+    return options;
+  }();
   std::shared_ptr<const RadianceGrid> grid_;
 };
 
