@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
-#include <type_traits>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/learning/focal_guiding.h"
 #include "core/learning/grid_guiding.h"
+#include "core/learning/method_maker.h"
 #include "core/learning/method_options.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
@@ -23,14 +23,6 @@ constexpr const char* kWhat = "state of method 'auto'";
 // As much as a learner's film may be better than the one before.
 constexpr double kMostGrowth = 1.5;
 
-template <class M>
-std::unique_ptr<Method> Make(const JobSpec& job, const Survey& survey) {
-  if constexpr (std::is_constructible_v<M, const JobSpec&, const Survey&>) {
-    return std::make_unique<M>(job, survey);
-  } else {
-    return std::make_unique<M>(job);
-  }
-}
 struct Racer {
   const char* name;
   std::unique_ptr<Method> (*make)(const JobSpec&, const Survey&);

@@ -4,6 +4,7 @@
 #include "core/learning/auto_method.h"
 #include "core/learning/focal_guiding.h"
 #include "core/learning/grid_guiding.h"
+#include "core/learning/method_maker.h"
 #include "core/learning/mixed_guiding.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
@@ -19,28 +20,9 @@ struct Registered {
 // One line a method.
 const std::vector<Registered>& Registry() {
   static const std::vector<Registered> kRegistry = {
-      {PathMethod::Entry(),
-       [](const JobSpec& job, const Survey&) -> std::unique_ptr<Method> { return std::make_unique<PathMethod>(job); }},
-      {SdTreeMethod::Entry(),
-       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
-         return std::make_unique<SdTreeMethod>(job, survey);
-       }},
-      {FocalMethod::Entry(),
-       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
-         return std::make_unique<FocalMethod>(job, survey);
-       }},
-      {GridMethod::Entry(),
-       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
-         return std::make_unique<GridMethod>(job, survey);
-       }},
-      {MixedMethod::Entry(),
-       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
-         return std::make_unique<MixedMethod>(job, survey);
-       }},
-      {AutoMethod::Entry(),
-       [](const JobSpec& job, const Survey& survey) -> std::unique_ptr<Method> {
-         return std::make_unique<AutoMethod>(job, survey);
-       }},
+      {PathMethod::Entry(), Make<PathMethod>},   {SdTreeMethod::Entry(), Make<SdTreeMethod>},
+      {FocalMethod::Entry(), Make<FocalMethod>}, {GridMethod::Entry(), Make<GridMethod>},
+      {MixedMethod::Entry(), Make<MixedMethod>}, {AutoMethod::Entry(), Make<AutoMethod>},
   };
   return kRegistry;
 }

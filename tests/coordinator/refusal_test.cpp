@@ -91,14 +91,22 @@ class RefusingFront final : public v1::Work::Service {
   std::string address_;
 };
 
-TEST_F(InProcessFarm, AJobWhoseResultsAreRefusedEndsWithTheReason) {
+struct Refusal : InProcessFarm {
+  // One worker, until the job has ended; false where it does not in half a minute.
+  bool WorkUntilItEnds(const JobId& id, const std::string& address) {
+    Worker worker(WorkerOptions(address));
+    std::thread thread([&] { worker.Run(); });
+    const bool ended = Eventually(std::chrono::seconds(30), [&] { return Ended(client->GetJob(id).phase); });
+    worker.Drain();
+    thread.join();
+    return ended;
+  }
+};
+
+TEST_F(Refusal, AJobWhoseResultsAreRefusedEndsWithTheReason) {
   RefusingFront front(server->address(), ToStatus(Error(ErrorKind::kCorrupt, kReason)), 1000);
-  Worker worker(WorkerOptions(front.address()));
-  std::thread thread([&] { worker.Run(); });
   const auto id = SubmitBox(BoxJob("path", 64));
-  const bool ended = Eventually(std::chrono::seconds(30), [&] { return Ended(client->GetJob(id).phase); });
-  worker.Drain();
-  thread.join();
+  const bool ended = WorkUntilItEnds(id, front.address());
   ASSERT_TRUE(ended) << "leased and refused, again and again";
   const auto status = client->GetJob(id);
   EXPECT_EQ(status.phase, JobPhase::kFailed);
@@ -109,28 +117,20 @@ TEST_F(InProcessFarm, AJobWhoseResultsAreRefusedEndsWithTheReason) {
       << "one strike a delivery, however many leases it held, and the end: " << testing::PrintToString(status.log);
 }
 
-TEST_F(InProcessFarm, AReferenceOfAnotherSizeEndsTheJobWithTheReason) {
-  Worker worker(WorkerOptions(server->address()));
-  std::thread thread([&] { worker.Run(); });
+TEST_F(Refusal, AReferenceOfAnotherSizeEndsTheJobWithTheReason) {
   const Image small{2, 2, std::vector<Rgb>(4, Rgb(1)), std::vector<float>(4)};
   const auto id = SubmitBox(BoxJob("path", 8), client->UploadImage(small));
-  const bool ended = Eventually(std::chrono::seconds(30), [&] { return Ended(client->GetJob(id).phase); });
-  worker.Drain();
-  thread.join();
+  const bool ended = WorkUntilItEnds(id, server->address());
   ASSERT_TRUE(ended);
   EXPECT_EQ(client->GetJob(id).phase, JobPhase::kFailed);
   EXPECT_NE(client->GetJob(id).error.find("the reference has another size"), std::string::npos)
       << client->GetJob(id).error;
 }
 
-TEST_F(InProcessFarm, ACoordinatorWithTooMuchAtHandGetsResultsLater) {
+TEST_F(Refusal, ACoordinatorWithTooMuchAtHandGetsResultsLater) {
   RefusingFront front(server->address(), ToStatus(ExhaustedError("too many calls are waiting")), options.strikes + 1);
-  Worker worker(WorkerOptions(front.address()));
-  std::thread thread([&] { worker.Run(); });
   const auto id = SubmitBox(BoxJob("path", 64));
-  const bool ended = Eventually(std::chrono::seconds(30), [&] { return Ended(client->GetJob(id).phase); });
-  worker.Drain();
-  thread.join();
+  const bool ended = WorkUntilItEnds(id, front.address());
   ASSERT_TRUE(ended);
   EXPECT_TRUE(front.refused_all());
   EXPECT_EQ(client->GetJob(id).phase, JobPhase::kDone) << client->GetJob(id).error;

@@ -9,6 +9,7 @@
 #include "core/learning/reduction.h"
 #include "tests/statistical/small_scenes.h"
 #include "tests/support/render.h"
+#include "tests/tracing/job_text.h"
 
 namespace lodestar {
 namespace {
@@ -44,12 +45,6 @@ std::vector<JobSpec> GuidedJobs() {
   jobs.push_back(GuidedJob("sdtree", {{"target", "switching"}, {"training", "5"}}));
   jobs.back().budget.spp = 47;
   return jobs;
-}
-
-std::string Text(const JobSpec& job) {
-  std::string text = job.method;
-  for (const auto& [name, value] : job.options) text += " " + name + "=" + value;
-  return text;
 }
 
 // A scene of coplanar duplicate triangles in several meshes: which of them is hit first must not depend on how a tree

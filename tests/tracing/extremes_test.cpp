@@ -7,6 +7,7 @@
 #include "tests/statistical/small_scenes.h"
 #include "tests/support/render.h"
 #include "tests/support/statistical.h"
+#include "tests/tracing/job_text.h"
 
 namespace lodestar {
 namespace {
@@ -41,12 +42,6 @@ std::vector<JobSpec> Jobs() {
           Job("sdtree", 47, {{"training", "5"}}), Job("sdtree", 31, {{"product", "on"}}), Job("sdtree+focal"),
           // A race, however small the picture.
           Job("auto", 31, {{"pilot", "1000"}})};
-}
-
-std::string Text(const JobSpec& job) {
-  std::string text = job.method;
-  for (const auto& [name, value] : job.options) text += " " + name + "=" + value;
-  return text;
 }
 
 std::string Number(double v) {
