@@ -3,7 +3,7 @@
 namespace lodestar {
 namespace {
 constexpr uint32_t kMagic = 0x4a43444c;  // "LDCJ"
-constexpr uint32_t kVersion = 2;
+constexpr uint32_t kVersion = 3;
 }  // namespace
 
 Bytes JobCheckpoint::Serialize() const {

@@ -57,7 +57,7 @@ class Farm {
   uint64_t RenewLease(const WorkerId& worker, const std::vector<LeaseId>& leases, Clock::Duration wait,
                       RenewAnswer answer);
   void Withdraw(uint64_t call);
-  std::shared_ptr<const Bytes> CompressedState(const ContentHash& hash) const;
+  std::shared_ptr<const Bytes> StateBytes(const ContentHash& hash) const;
   ContributionOutcome SubmitContribution(const ContributionHeader& header, std::string_view bytes);
   void SubmitSurvey(const SurveyResult& result);
   void ReportFailure(const UnitFailure& failure);

@@ -19,7 +19,7 @@ namespace {
 std::unique_ptr<Loop> Restored(const BlobStore& blobs, const StoredJob& stored, JobCheckpoint* checkpoint) {
   if (stored.checkpoint.empty()) return nullptr;
   try {
-    *checkpoint = JobCheckpoint::Parse(Decompress(blobs.Read(stored.checkpoint), "job checkpoint"));
+    *checkpoint = JobCheckpoint::Parse(blobs.Read(stored.checkpoint));
     return Loop::Restore(checkpoint->loop);
   } catch (const Error& error) {
     spdlog::warn("{} is rendered again from its start: {}", stored.id().value, error.what());
@@ -62,7 +62,7 @@ void Farm::Snapshot(Job& job, const Loop& loop) {
 void Farm::StoreCheckpoint(Job& job, JobCheckpoint checkpoint) {
   try {
     CrashPoint("checkpoint-begin");
-    const Bytes bytes = Compress(checkpoint.Serialize());
+    const Bytes bytes = checkpoint.Serialize();
     blobs_->CheckSpace(bytes.size());
     const ContentHash blob = blobs_->Put(bytes);
     CrashPoint("checkpoint-blob");

@@ -27,15 +27,14 @@ Farm::FarmExecutor::~FarmExecutor() {
   farm_.Pump(&deferred);
 }
 
-// Once an iteration: the canonical bytes are hashed, and compressed once for all workers.
+// Once an iteration: the canonical bytes, and their hash.
 void Farm::FarmExecutor::Publish(const std::shared_ptr<const State>& state) {
-  const Bytes bytes = state->Serialize();
-  auto compressed = std::make_shared<const Bytes>(Compress(bytes));
-  const ContentHash hash = Sha256(bytes);
+  auto bytes = std::make_shared<const Bytes>(state->Serialize());
+  const ContentHash hash = Sha256(*bytes);
   std::lock_guard lock(farm_.mutex_);
   run_->state = state;
   run_->state_hash = hash;
-  run_->state_compressed = std::move(compressed);
+  run_->state_bytes = std::move(bytes);
 }
 
 std::shared_ptr<OpenRound> Farm::FarmExecutor::NewRound(const Round& round) const {

@@ -174,10 +174,10 @@ void Farm::Revoke(const std::vector<LeaseEntry>& leases, Deferred* deferred) {
   }
 }
 
-std::shared_ptr<const Bytes> Farm::CompressedState(const ContentHash& hash) const {
+std::shared_ptr<const Bytes> Farm::StateBytes(const ContentHash& hash) const {
   std::lock_guard lock(mutex_);
   for (const Job* job : order_) {
-    if (job->run && job->run->state_hash == hash) return job->run->state_compressed;
+    if (job->run && job->run->state_hash == hash) return job->run->state_bytes;
   }
   throw Error(ErrorKind::kNotFound, "state " + hash.hex.substr(0, 80) + " is over");
 }

@@ -36,8 +36,8 @@ struct JobRun {
   const TileGrid grid;
   std::shared_ptr<const State> state;
   ContentHash state_hash;
-  std::shared_ptr<const Bytes> state_compressed;  // as it is sent
-  std::vector<std::shared_ptr<OpenRound>> open;   // the round under way, and the announced one that may follow it
+  std::shared_ptr<const Bytes> state_bytes;      // as they are sent
+  std::vector<std::shared_ptr<OpenRound>> open;  // the round under way, and the announced one that may follow it
   // For lease sizes only; 0: unknown.
   std::map<WorkerId, double> pass_seconds;  // of one pass over one unit
   double mean_pass_seconds = 0, bytes_per_unit = 0;

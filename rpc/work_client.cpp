@@ -120,16 +120,23 @@ std::vector<LeaseId> WorkClient::RenewLease(const WorkerId& worker, const std::v
 }
 
 Bytes WorkClient::FetchState(const ContentHash& hash) {
-  Bytes compressed;
+  Bytes bytes;
   impl_->Call(minutes(5), [&](grpc::ClientContext* context) {
     v1::FetchStateRequest request;
     request.set_sha256(hash.hex);
     auto reader = impl_->stub->FetchState(context, request);
     v1::StateChunk chunk;
-    while (reader->Read(&chunk)) compressed += chunk.data();
+    bytes.clear();
+    while (reader->Read(&chunk)) {
+      bytes += chunk.data();
+      if (bytes.size() > kMaxStateBytes) {
+        context->TryCancel();
+        (void)reader->Finish();
+        throw Error(ErrorKind::kCorrupt, "state " + hash.hex + " is larger than any state");
+      }
+    }
     return reader->Finish();
   });
-  Bytes bytes = Decompress(compressed, "state " + hash.hex, kMaxStateBytes);
   if (Sha256(bytes) != hash)
     throw Error(ErrorKind::kCorrupt, "state " + hash.hex + " came with other content than its name");
   return bytes;

@@ -4,7 +4,7 @@
 namespace lodestar {
 
 std::function<bool(v1::StateChunk*)> FetchState(Farm& farm, const v1::FetchStateRequest& request) {
-  return InChunks<v1::StateChunk>(farm.CompressedState({request.sha256()}));
+  return InChunks<v1::StateChunk>(farm.StateBytes({request.sha256()}));
 }
 
 }  // namespace lodestar

@@ -1,5 +1,6 @@
 #include "core/film/pixel_filter.h"
 
+#include "core/math/distribution.h"
 #include "core/math/elementary.h"
 
 namespace lodestar {
@@ -55,24 +56,20 @@ PixelFilter::PixelFilter(const Parameters& parameters) : box_(parameters.kind ==
     axis.radius = radius;
     if (box_) return axis;
     std::vector<double> mass(kCells);
-    double total = 0, total_absolute = 0;
+    std::vector<float> absolute(kCells);
+    double total = 0;
     for (int i = 0; i < kCells; ++i) {
       for (int s = 0; s < kStepsPerCell; ++s) {
         const double x = ((i + (s + 0.5) / kStepsPerCell) / kCells * 2 - 1) * radius;
         mass[i] += Evaluate1D(parameters, float(x), radius);
       }
       total += mass[i];
-      total_absolute += std::fabs(mass[i]);
-    }
-    axis.cdf.push_back(0);
-    double sum = 0;
-    for (int i = 0; i < kCells; ++i) {
-      sum += std::fabs(mass[i]);
-      axis.cdf.push_back(static_cast<float>(sum / total_absolute));
+      absolute[i] = static_cast<float>(std::fabs(mass[i]));
       axis.sign.push_back(mass[i] < 0 ? -1.0f : 1.0f);
     }
-    axis.cdf.back() = 1;
-    axis.weight_scale = static_cast<float>(total_absolute / total);
+    axis.ends.resize(kCells);
+    axis.guide.resize(GuidedCdf<>::Slots(kCells));
+    axis.weight_scale = static_cast<float>(GuidedCdf<>::Build(absolute, axis.ends.data(), axis.guide.data()) / total);
     return axis;
   };
   x_ = build(parameters.radius_x);
@@ -80,11 +77,8 @@ PixelFilter::PixelFilter(const Parameters& parameters) : box_(parameters.kind ==
 }
 
 Vec2 PixelFilter::Axis::Sample(float u) const {
-  const auto above = std::upper_bound(cdf.begin(), cdf.end(), u);
-  const int cell = std::clamp(static_cast<int>(above - cdf.begin()) - 1, 0, kCells - 1);
-  const float width = cdf[cell + 1] - cdf[cell];
-  const float inside = width > 0 ? std::min((u - cdf[cell]) / width, kOneMinusEpsilon) : 0.5f;
-  return {((cell + inside) * (2.0f / kCells) - 1) * radius, sign[cell] * weight_scale};
+  const uint32_t cell = GuidedCdf<>::Find(ends.data(), guide.data(), kCells, u);
+  return {(2 * GuidedCdf<>::Position(ends.data(), cell, kCells, u) - 1) * radius, sign[cell] * weight_scale};
 }
 
 FilterSample PixelFilter::Sample(Vec2 u) const {

@@ -3,6 +3,7 @@
 // in the weight.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "core/math/vec.h"
@@ -29,11 +30,12 @@ class PixelFilter {
   static float Evaluate(const Parameters& parameters, Vec2 offset);
 
  private:
-  // Each filter here is separable: one table of the absolute value's cumulative distribution an axis.
+  // Each filter here is separable: one table of the absolute value's cumulative distribution (GuidedCdf) an axis.
   struct Axis {
     float radius = 0.5f;
-    std::vector<float> cdf;   // kCells + 1
-    std::vector<float> sign;  // kCells
+    std::vector<float> ends;
+    std::vector<uint16_t> guide;
+    std::vector<float> sign;
     float weight_scale = 1;
     Vec2 Sample(float u) const;  // (offset, weight)
   };

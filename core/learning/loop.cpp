@@ -50,10 +50,11 @@ void ThinOut(std::vector<ErrorPoint>* points) {
 
 }  // namespace
 
-uint32_t PassesPerRound(uint32_t width, uint32_t height) {
-  constexpr uint64_t kSamplesPerRound = uint64_t{1} << 20;
+uint32_t PassesPerRound(uint32_t width, uint32_t height, bool record) {
+  // What a round learned is sent and merged at its end, whatever its length: rounds that record are longer.
+  const uint64_t samples = uint64_t{1} << (record ? 21 : 20);
   const uint64_t pixels = std::max<uint64_t>(1, uint64_t{width} * height);
-  return static_cast<uint32_t>(std::bit_floor(std::clamp<uint64_t>(kSamplesPerRound / pixels, 1, 64)));
+  return static_cast<uint32_t>(std::bit_floor(std::clamp<uint64_t>(samples / pixels, 1, 64)));
 }
 
 Loop::Loop(const JobSpec& job, const Survey& survey, const MethodFactory& make_method)
@@ -112,7 +113,7 @@ Round Loop::RoundAt(uint32_t iteration, uint32_t index, bool final, uint64_t don
   // comes soon.
   const uint64_t wanted =
       final ? std::bit_floor(std::max<uint64_t>(1, before)) : method_->IterationPasses(*state_, iteration) - done;
-  const uint64_t most = PassesPerRound(grid_.width(), grid_.height());
+  const uint64_t most = PassesPerRound(grid_.width(), grid_.height(), round.record);
   round.passes = static_cast<uint32_t>(std::min({wanted, most, SppBudget() - before}));
   return round;
 }

@@ -153,7 +153,7 @@ class Loop {
 JobReport FinalReport(const Loop& loop, const Image& image);
 
 // Passes in a round: enough samples that a round's overhead vanishes and few enough that budgets by time are met
-// closely; a function of the resolution alone.
-uint32_t PassesPerRound(uint32_t width, uint32_t height);
+// closely; a function of the resolution and of whether the round records.
+uint32_t PassesPerRound(uint32_t width, uint32_t height, bool record);
 
 }  // namespace lodestar

@@ -55,7 +55,7 @@ TEST_P(Resume, CheckpointedPartsAreNotRenderedAgain) {
         Statement row(database, "SELECT checkpoint FROM jobs");
         if (!row.Step() || row.Text(0).empty()) return false;
         const std::string hash = row.Text(0);
-        const auto position = JobCheckpoint::Parse(Decompress(farm->blobs().Read({hash}), "checkpoint"));
+        const auto position = JobCheckpoint::Parse(farm->blobs().Read({hash}));
         uint32_t units = 0;
         for (const TreeNode node : position.nodes) units += node.end(round->unit_count) - node.first();
         return position.round == *round && units == before.size();

@@ -101,12 +101,12 @@ class DirectWorker {
     }
     const RenderUnit& r = *unit.render;
     try {
-      Bytes compressed;
+      Bytes state_bytes;
       v1::FetchStateRequest request;
       request.set_sha256(r.state.hex);
       v1::StateChunk chunk;
-      for (auto next = FetchState(farm_, request); next(&chunk);) compressed += chunk.data();
-      const auto state = method_->ParseState(Decompress(compressed, "state"));
+      for (auto next = FetchState(farm_, request); next(&chunk);) state_bytes += chunk.data();
+      const auto state = method_->ParseState(state_bytes);
       Contribution contribution;
       executor_.ExecuteNode(state, r.round, r.node, StopToken(), &contribution);
       const Bytes bytes = SerializeContribution(contribution);

@@ -47,13 +47,15 @@ TEST(TreeNode, ValidityOfNodesFromOutside) {
   EXPECT_FALSE((TreeNode{0, 0}).ValidIn(0));
 }
 
-TEST(PassesPerRound, AboutAMillionSamples) {
-  EXPECT_EQ(PassesPerRound(1, 1), 64u);
-  EXPECT_EQ(PassesPerRound(128, 128), 64u);
-  EXPECT_EQ(PassesPerRound(320, 180), 16u);
-  EXPECT_EQ(PassesPerRound(640, 360), 4u);
-  EXPECT_EQ(PassesPerRound(1024, 1024), 1u);
-  EXPECT_EQ(PassesPerRound(8192, 8192), 1u);
+TEST(PassesPerRound, AboutAMillionSamplesTwoWhereTheyAreRecorded) {
+  struct Case {
+    uint32_t width, height, passes, recorded;
+  };
+  for (const Case& c : {Case{1, 1, 64, 64}, Case{128, 128, 64, 64}, Case{320, 180, 16, 32}, Case{640, 360, 4, 8},
+                        Case{1024, 1024, 1, 2}, Case{8192, 8192, 1, 1}}) {
+    EXPECT_EQ(PassesPerRound(c.width, c.height, false), c.passes) << c.width << " x " << c.height;
+    EXPECT_EQ(PassesPerRound(c.width, c.height, true), c.recorded) << c.width << " x " << c.height;
+  }
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ TEST(Stop, EndsTheWorkWithinATenthOfASecond) {
   };
   // A large picture; and the longest pixels that a round has, where a picture is small.
   for (const Case& c :
-       {Case{1024, 64, "path"}, Case{1024, 64, "sdtree"}, Case{16, PassesPerRound(16, 16) * 64, "path"}}) {
+       {Case{1024, 64, "path"}, Case{1024, 64, "sdtree"}, Case{16, PassesPerRound(16, 16, false) * 64, "path"}}) {
     for (const int threads : {1, 2}) {
       const double longest = LongestStop(c.resolution, c.passes, c.method, threads);
       std::printf("%s %ux%u, %u passes, %d threads: stopped within %.1f ms\n", c.method, c.resolution, c.resolution,
