@@ -21,6 +21,11 @@ Farm::FarmExecutor::FarmExecutor(Farm& farm, Job& job, const Loop& loop, JobChec
 Farm::FarmExecutor::~FarmExecutor() {
   Deferred deferred;
   std::lock_guard lock(farm_.mutex_);
+  constexpr double kMiB = 1 << 20;
+  spdlog::info(
+      "{}: merged {} contributions, {:.1f} MiB, in {:.2f} s; published {} states, the largest {:.1f} MiB, in {:.2f} s",
+      job_.stored.id().value, run_->contributions, static_cast<double>(run_->contribution_bytes) / kMiB,
+      run_->merging_seconds, run_->states, static_cast<double>(run_->largest_state) / kMiB, run_->publishing_seconds);
   farm_.CloseRounds(
       job_, [](const OpenRound&) { return true; }, &deferred);
   job_.run = nullptr;
@@ -29,12 +34,16 @@ Farm::FarmExecutor::~FarmExecutor() {
 
 // Once an iteration: the canonical bytes, and their hash.
 void Farm::FarmExecutor::Publish(const std::shared_ptr<const State>& state) {
+  const auto start = Clock::Steady().Now();
   auto bytes = std::make_shared<const Bytes>(state->Serialize());
   const ContentHash hash = Sha256(*bytes);
   std::lock_guard lock(farm_.mutex_);
   run_->state = state;
   run_->state_hash = hash;
+  ++run_->states;
+  run_->largest_state = std::max<uint64_t>(run_->largest_state, bytes->size());
   run_->state_bytes = std::move(bytes);
+  run_->publishing_seconds += Seconds(Clock::Steady().Now() - start);
 }
 
 std::shared_ptr<OpenRound> Farm::FarmExecutor::NewRound(const Round& round) const {

@@ -30,9 +30,12 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
   }
   // Step 2: decode and merge, beside everything else.
   RoundReduction::Outcome outcome;
+  double merging_seconds = 0;
   {
     std::lock_guard merge(open->merge);
+    const auto start = Clock::Steady().Now();
     outcome = open->reduction.Commit(header.nodes, bytes);
+    merging_seconds = Seconds(Clock::Steady().Now() - start);
   }
   CrashPoint("contribution-merged");
   // Step 3: who need not work on it any more, and how fast this was.
@@ -45,6 +48,9 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
     units += node.end(open->round.unit_count) - node.first();
   }
   job->lost.clear();
+  run->merging_seconds += merging_seconds;
+  run->contribution_bytes += bytes.size();
+  ++run->contributions;
   const auto mix = [](double old, double now, double share) { return old > 0 ? old + share * (now - old) : now; };
   if (header.seconds > 0) {
     const double pass = header.seconds / units / open->round.passes;

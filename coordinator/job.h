@@ -41,6 +41,9 @@ struct JobRun {
   // For lease sizes only; 0: unknown.
   std::map<WorkerId, double> pass_seconds;  // of one pass over one unit
   double mean_pass_seconds = 0, bytes_per_unit = 0;
+  // What the farm itself cost, for the log.
+  double merging_seconds = 0, publishing_seconds = 0;
+  uint64_t contributions = 0, contribution_bytes = 0, states = 0, largest_state = 0;
 };
 
 struct SurveyLease {
