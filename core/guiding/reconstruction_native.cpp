@@ -31,7 +31,10 @@ constexpr Surroundings kAroundRoot = [] {
 class Smoother {
  public:
   Smoother(const LevelNode* nodes, uint32_t count)
-      : nodes_(nodes), count_(count), smooth_(std::make_unique_for_overwrite<Smooth[]>(count)) {}
+      : nodes_(nodes),
+        count_(count),
+        smooth_(std::make_unique_for_overwrite<Smooth[]>(count)),
+        density_(std::make_unique_for_overwrite<float[]>(size_t{count} * 4)) {}
 
   // Masses of the cells, by the recorded tree's slots; zero above them.
   std::vector<double> Masses() {
@@ -61,7 +64,6 @@ class Smoother {
 
   struct Smooth {
     DoubleQuad mass;      // of the children
-    Quad density;         // theirs, of the unit square
     float per_area;       // density over mass
     Surroundings around;  // where a child is a node
   };
@@ -81,7 +83,9 @@ class Smoother {
         const Square of = square[(y + 1) / 2 * kSide + (x + 1) / 2], across = of % 2;
         const uint32_t child = nodes_[of / 8].child[of / 2 % 4];
         const Square within = (child * 4 + (((x + 1) % 2) ^ across) + 2 * ((y + 1) % 2)) * 2 + across;
-        around[y * kSide + x] = of ^ ((of ^ within) & -Square{child != 0});  // never a branch: it is random
+        // All bits if it is a node: by arithmetic, since a branch could not be guessed.
+        const Square is_node = static_cast<Square>(-static_cast<int32_t>(child) >> 31);
+        around[y * kSide + x] = of ^ ((of ^ within) & is_node);
       }
     }
     return around;
@@ -94,7 +98,8 @@ class Smoother {
     const double keep = recorded > 0 ? (1 - n.weight) / recorded : 0;
     const double shrink = recorded > 0 ? n.weight : 1;
     s.mass = mass * (keep * n.share + shrink * __builtin_convertvector(predicted, DoubleQuad));
-    s.density = __builtin_convertvector(s.mass, Quad) * per_area;
+    const Quad density = __builtin_convertvector(s.mass, Quad) * per_area;
+    std::memcpy(&density_[size_t{i} * 4], &density, sizeof(density));
     s.per_area = per_area;
   }
 
@@ -102,10 +107,7 @@ class Smoother {
   Quad Predict(uint32_t parent) const {
     const Square* const square = SquaresAround(parent);
     const auto row = [&](int y) {  // between the columns: the left and the right children's, twice
-      const auto density = [&](int x) {
-        const Square s = square[y * kSide + x];
-        return smooth_[s / 8].density[s / 2 % 4];
-      };
+      const auto density = [&](int x) { return density_[square[y * kSide + x] / 2]; };
       const float left = density(0), centre = 3 * density(1), right = density(2);
       return Quad{left, right, left, right} + centre;
     };
@@ -118,6 +120,7 @@ class Smoother {
   const LevelNode* nodes_;
   uint32_t count_;
   std::unique_ptr<Smooth[]> smooth_;
+  std::unique_ptr<float[]> density_;  // by slot, of the unit square
 };
 
 }  // namespace
