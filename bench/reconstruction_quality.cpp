@@ -97,9 +97,9 @@ bool IsEmpty(const std::vector<double>& masses) {
   return std::none_of(masses.begin(), masses.end(), [](double mass) { return mass > 0; });
 }
 
-// In CPU time, the least of five passes over all trees and over the deep ones, which dense matrices are slow for.
-// `dense` blurs trees of kMinDenseDepth to kMaxDenseDepth levels and only rebuilds the others; within the document's
-// workload it blurs some of these.
+// CPU time of a tree, the least of five passes over all trees and over the deep ones, which dense matrices are slow
+// for. `dense` blurs trees of kMinDenseDepth to kMaxDenseDepth levels and only rebuilds the others; within the
+// document's workload it blurs some of these.
 void PrintCost(const Recording& recording, double threshold, int max_depth) {
   struct Tree {
     const CellMasses* masses;
@@ -110,8 +110,8 @@ void PrintCost(const Recording& recording, double threshold, int max_depth) {
     depths.push_back(recording.tree->leaf(leaf).depth);
   const std::vector<uint8_t> within = directional::WithinWorkload(depths, static_cast<int>(kIteration));
   std::printf(
-      "\n| trees | number | blurred | within the workload | rebuild, ms | native, ms | dense, ms | dense / native "
-      "| dense within, ms | / native |\n| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
+      "\n| trees | number | blurred | within the workload | rebuild, us | native, us | dense, us | dense / native "
+      "| dense within, us | / native |\n| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
   for (const int least_depth : {1, 10}) {
     std::vector<Tree> trees;
     int blurred = 0, taken = 0;
@@ -125,12 +125,12 @@ void PrintCost(const Recording& recording, double threshold, int max_depth) {
       taken += trees.back().within;
     }
     if (trees.empty()) continue;
-    const auto milliseconds = [&](const auto& make) {
+    const auto microseconds = [&](const auto& make) {
       double least = 1e300;
       for (int pass = 0; pass < 5; ++pass) {
         const double begin = CpuSeconds();
         for (const Tree& tree : trees) make(tree);
-        least = std::min(least, 1000 * (CpuSeconds() - begin));
+        least = std::min(least, 1e6 * (CpuSeconds() - begin) / static_cast<double>(trees.size()));
       }
       return least;
     };
@@ -145,10 +145,10 @@ void PrintCost(const Recording& recording, double threshold, int max_depth) {
       return directional::ReconstructDense(*tree.masses, kSigmas[0], threshold, max_depth);
     };
     const auto dense_within = [&](const Tree& tree) { return tree.within ? dense(tree) : rebuild(tree); };
-    const double native_cost = milliseconds(native), dense_cost = milliseconds(dense),
-                 within_cost = milliseconds(dense_within);
+    const double native_cost = microseconds(native), dense_cost = microseconds(dense),
+                 within_cost = microseconds(dense_within);
     std::printf("| depth %d and more | %zu | %d | %d | %.1f | %.1f | %.1f | %.1f | %.1f | %.1f |\n", least_depth,
-                trees.size(), blurred, taken, milliseconds(rebuild), native_cost, dense_cost, dense_cost / native_cost,
+                trees.size(), blurred, taken, microseconds(rebuild), native_cost, dense_cost, dense_cost / native_cost,
                 within_cost, within_cost / native_cost);
   }
 }
