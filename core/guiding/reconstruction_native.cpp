@@ -1,4 +1,4 @@
-#include <cmath>
+#include <cstring>
 
 #include "core/base/check.h"
 #include "core/guiding/reconstruction_shrinkage.h"
@@ -11,93 +11,116 @@ namespace {
 constexpr double kRawWeight = 0.25;
 
 // A cell of the tree as seen from a neighbour: the square next to it at its own depth, or the larger cell that holds
-// that square.
-struct Square {
-  uint32_t slot = 0;
-  bool mirrored = false;  // seen across a pole: x runs the other way
-};
-constexpr uint32_t kWhole = ~0u;  // slot of the whole square, above the root
+// that square. The slot (4 place + child) times two, plus one if it is seen across a pole: x runs the other way.
+using Square = uint32_t;
+constexpr uint32_t kSide = 4;
+// The squares of the size of a node's children, of the four and around them: x runs first.
+using Surroundings = std::array<Square, kSide * kSide>;
+
+// Of the root: squares wrap around in phi; across a pole phi is turned by half a circle, the first bit of y.
+constexpr Surroundings kAroundRoot = [] {
+  Surroundings around;
+  for (uint32_t i = 0; i < around.size(); ++i) {
+    const uint32_t x = i % kSide, y = i / kSide;
+    const bool across = x == 0 || x == 3;
+    around[i] = ((x >= 2) + 2 * ((y + 1 + across) % 2)) * 2 + across;
+  }
+  return around;
+}();
 
 class Smoother {
  public:
-  Smoother(const CellMasses& masses, const Shrinkage& shrinkage)
-      : nodes_(masses.nodes),
-        share_(shrinkage.share),
-        weight_(shrinkage.weight),
-        density_(share_.size()),
-        around_(masses.node_count) {}
+  Smoother(const LevelNode* nodes, uint32_t count)
+      : nodes_(nodes),
+        count_(count),
+        smooth_(std::make_unique_for_overwrite<Smooth[]>(count)),
+        density_(std::make_unique_for_overwrite<float[]>(size_t{count} * 4)) {}
 
-  // Masses of the cells; zero above them.
-  std::vector<double> Smooth() {
-    struct Pending {
-      uint32_t node;
-      int level;  // the root's is 0
-      double mass;
-    };
-    std::vector<double> smoothed(share_.size());
-    // Level by level: what is around a node is smoothed before what lies in it.
-    std::vector<Pending> queue = {{0, 0, 1.0}};
-    for (int i = 0; i < 9; ++i) around_[0][i] = {kWhole, i % 3 != 1};
-    for (size_t next = 0; next < queue.size(); ++next) {
-      const auto [node, level, mass] = queue[next];
-      const std::array<float, 4> predicted = Predict(around_[node]);
-      const double* const share = &share_[node * 4];
-      const double recorded = (share[0] + share[1]) + (share[2] + share[3]);
-      const double keep = recorded > 0 ? (1 - weight_[node]) / recorded : 0;
-      const double shrink = recorded > 0 ? weight_[node] : 1;
-      const auto per_area = static_cast<double>(uint64_t{1} << (2 * (level + 1)));
-      for (uint32_t c = 0; c < 4; ++c) {
-        const uint32_t slot = node * 4 + c, child = nodes_[node].child[c];
-        const double q = mass * (keep * share[c] + shrink * predicted[c]);
-        density_[slot] = static_cast<float>(q * per_area);
-        if (child != 0) {
-          queue.push_back({child, level + 1, q});
-          for (uint32_t i = 0; i < 9; ++i) {
-            const uint32_t x = (c & 1) + i % 3 + 1, y = (c >> 1) + i / 3 + 1;  // in children, from two before the node
-            around_[child][i] = Child(around_[node][y / 2 * 3 + x / 2], x & 1, y & 1, level);
-          }
-        } else {
-          smoothed[slot] = std::sqrt(kRawWeight * share[c] * share[c] + (1 - kRawWeight) * q * q);
-        }
-      }
+  // Masses of the cells, by the recorded tree's slots; zero above them.
+  std::vector<double> Masses() {
+    // Level by level: what is around a node is known before what lies in it.
+    smooth_[0].around = kAroundRoot;
+    for (uint32_t i = 1; i < count_; ++i) {
+      if (HasNodes(nodes_[i])) smooth_[i].around = Around(nodes_[i].parent);
     }
-    return smoothed;
+    SmoothNode(0, 1, 4, Quad{} + 0.25f);
+    for (uint32_t i = 1; i < count_; ++i) {
+      const uint32_t parent = nodes_[i].parent;
+      const Smooth& above = smooth_[parent / 4];
+      SmoothNode(i, above.mass[parent % 4], 4 * above.per_area, Predict(parent));
+    }
+    std::vector<double> masses(size_t{count_} * 4);
+    for (uint32_t i = 0; i < count_; ++i) {
+      const DoubleQuad raw = nodes_[i].share, smooth = smooth_[i].mass;
+      const DoubleQuad mass = _mm256_sqrt_pd(kRawWeight * raw * raw + (1 - kRawWeight) * smooth * smooth);
+      const DoubleQuad cells = __builtin_convertvector(nodes_[i].child == 0, MaskQuad) ? mass : DoubleQuad{};
+      std::memcpy(&masses[size_t{nodes_[i].node} * 4], &cells, sizeof(cells));
+    }
+    return masses;
   }
 
  private:
-  using Surroundings = std::array<Square, 9>;  // the 3 x 3 squares of a node's size around it, itself the fifth
+  static bool HasNodes(const LevelNode& n) { return (n.child[0] | n.child[1] | n.child[2] | n.child[3]) != 0; }
 
-  // The child square (x, y) of a square next to a node of `level`, or the square itself where it is a cell.
-  Square Child(Square of, uint32_t x, uint32_t y, int level) const {
-    const uint32_t node = of.slot == kWhole ? 0 : nodes_[of.slot / 4].child[of.slot % 4];
-    if (node == 0 && of.slot != kWhole) return of;
-    // Across a pole x is mirrored and phi turned by half a circle, which is the first bit of y.
-    if (of.mirrored) {
-      x ^= 1;
-      y ^= level == 0;
-    }
-    return {node * 4 + x + 2 * y, of.mirrored};
+  struct Smooth {
+    DoubleQuad mass;      // of the children
+    float per_area;       // density over mass
+    Surroundings around;  // where a child is a node
+  };
+
+  // The 3 x 3 squares of a node's size around it begin here in its parent's surroundings.
+  const Square* SquaresAround(uint32_t parent) const {
+    return &smooth_[parent / 4].around[parent % 2 + kSide * (parent % 4 / 2)];
   }
 
-  float Density(Square square) const { return square.slot == kWhole ? 1 : density_[square.slot]; }
+  // Of the node in slot `parent`.
+  Surroundings Around(uint32_t parent) const {
+    const Square* const square = SquaresAround(parent);
+    Surroundings around;
+    for (uint32_t y = 0; y < kSide; ++y) {
+      for (uint32_t x = 0; x < kSide; ++x) {
+        // In children, from two before the node.
+        const Square of = square[(y + 1) / 2 * kSide + (x + 1) / 2], across = of % 2;
+        const uint32_t child = nodes_[of / 8].child[of / 2 % 4];
+        const Square within = (child * 4 + (((x + 1) % 2) ^ across) + 2 * ((y + 1) % 2)) * 2 + across;
+        // All bits if it is a node: by arithmetic, since a branch could not be guessed.
+        const Square is_node = static_cast<Square>(-static_cast<int32_t>(child) >> 31);
+        around[y * kSide + x] = of ^ ((of ^ within) & is_node);
+      }
+    }
+    return around;
+  }
+
+  void SmoothNode(uint32_t i, double mass, float per_area, Quad predicted) {
+    const LevelNode& n = nodes_[i];
+    Smooth& s = smooth_[i];
+    const double recorded = Sum(n.share);
+    const double keep = recorded > 0 ? (1 - n.weight) / recorded : 0;
+    const double shrink = recorded > 0 ? n.weight : 1;
+    s.mass = mass * (keep * n.share + shrink * __builtin_convertvector(predicted, DoubleQuad));
+    const Quad density = __builtin_convertvector(s.mass, Quad) * per_area;
+    std::memcpy(&density_[size_t{i} * 4], &density, sizeof(density));
+    s.per_area = per_area;
+  }
 
   // The shares of a node's children if the density were bilinear between the centres of the squares around it.
-  std::array<float, 4> Predict(const Surroundings& around) const {
-    std::array<float, 4> predicted;
-    for (int c = 0; c < 4; ++c) {
-      const int x = c & 1 ? 5 : 3, y = c & 2 ? 7 : 1, xy = x + y - 4;
-      predicted[c] = 9 * Density(around[4]) + 3 * (Density(around[x]) + Density(around[y])) + Density(around[xy]);
-    }
-    const float sum = (predicted[0] + predicted[1]) + (predicted[2] + predicted[3]);
-    for (float& p : predicted) p = sum > 0 ? p / sum : 0.25f;
-    return predicted;
+  Quad Predict(uint32_t parent) const {
+    const Square* const square = SquaresAround(parent);
+    const auto row = [&](int y) {  // between the columns: the left and the right children's, twice
+      const auto density = [&](int x) { return density_[square[y * kSide + x] / 2]; };
+      const float left = density(0), centre = 3 * density(1), right = density(2);
+      return Quad{left, right, left, right} + centre;
+    };
+    const Quad above = row(0), below = row(2);
+    const Quad predicted = 3 * row(1) + __builtin_shufflevector(above, below, 0, 1, 6, 7);
+    const float sum = Sum(predicted);
+    return sum > 0 ? predicted / sum : Quad{} + 0.25f;
   }
 
-  const DirectionalNode* nodes_;
-  const std::vector<double>& share_;
-  const std::vector<float>& weight_;
-  std::vector<float> density_;  // per slot, smoothed, of the unit square
-  std::vector<Surroundings> around_;
+  const LevelNode* nodes_;
+  uint32_t count_;
+  std::unique_ptr<Smooth[]> smooth_;
+  std::unique_ptr<float[]> density_;  // by slot, of the unit square
 };
 
 }  // namespace
@@ -106,8 +129,9 @@ Tree ReconstructNative(const CellMasses& masses, double flux_threshold, int max_
   LODESTAR_CHECK(masses.total.size() == size_t{masses.node_count} * 4);
   if (!masses.halves[0].empty()) {
     const Shrinkage shrinkage = InferShrinkage(masses);
-    if (!shrinkage.weight.empty())
-      return Rebuild(masses.nodes, masses.node_count, Smoother(masses, shrinkage).Smooth(), flux_threshold, max_depth);
+    if (!shrinkage.needless)
+      return Rebuild(masses.nodes, masses.node_count, Smoother(shrinkage.nodes.get(), masses.node_count).Masses(),
+                     flux_threshold, max_depth);
   }
   return Rebuild(masses.nodes, masses.node_count, masses.total, flux_threshold, max_depth);
 }

@@ -1,9 +1,9 @@
 #include "core/guiding/reconstruction_shrinkage.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "core/base/check.h"
-#include "core/guiding/reconstruction_lanes.h"
 
 namespace lodestar::directional {
 namespace {
@@ -18,125 +18,143 @@ constexpr float kKeep = 0.5f;
 // Cells that the parent's estimate of the mass per record counts as: one node's.
 constexpr float kParentCells = 4;
 
-struct alignas(32) NodeState {
-  Lanes belief;            // upward: likelihood of what lies in and below the node; downward: posterior
-  Lanes message;           // what the node tells its parent, sum 1
-  std::array<float, 4> x;  // children's masses from either half, as parts of both halves' total;
-  std::array<float, 4> y;  // later in effective records
-  float mass = 0;          // share of the total
-  float noise = 0;         // sum of the squared differences of the halves over the cells
-  float cells = 0;
-  float per_record = 0;  // mass per effective record
-  uint32_t parent = 0;
+struct NodeState {
+  Lanes belief;   // upward: likelihood of what lies in and below the node; downward: posterior, but for a factor
+  Lanes message;  // what the node tells its parent
+  Quad x, y;      // children's masses from either half, as parts of both halves' total; later in effective records
+  float mass;     // share of the total
+  float noise;    // sum of the squared differences of the halves over the cells
+  float cells;
+  float per_record;  // mass per effective record
 };
+using States = std::unique_ptr<NodeState[]>;
 
-Lanes Normalized(Lanes x) {
-  return x * (1 / Sum(x));
+DoubleQuad Load(const std::vector<double>& masses, uint32_t node) {
+  DoubleQuad m;
+  std::memcpy(&m, &masses[size_t{node} * 4], sizeof(m));
+  return m;
 }
 
-// Half the log likelihood of each half given the other, under each concentration. The prediction is a quarter each
-// here.
-Lanes LogPredictive(const NodeState& n) {
-  const float x = (n.x[0] + n.x[1]) + (n.x[2] + n.x[3]), y = (n.y[0] + n.y[1]) + (n.y[2] + n.y[3]);
-  const Lanes quarter = kConcentration * 0.25f;
-  Lanes sum = {};
-  for (int c = 0; c < 4; ++c) {
-    if (n.y[c] > 0) sum += Log(quarter + n.x[c]) * n.y[c];
-    if (n.x[c] > 0) sum += Log(quarter + n.y[c]) * n.x[c];
+// Places the nodes, with the shares of their cells.
+std::unique_ptr<LevelNode[]> Place(const CellMasses& masses) {
+  DoubleQuad sum = {};
+  for (uint32_t node = 0; node < masses.node_count; ++node) sum += Load(masses.total, node);
+  const double to_share = 1 / Sum(sum);
+  auto nodes = std::make_unique_for_overwrite<LevelNode[]>(masses.node_count + 1);  // one more is written to
+  nodes[0].node = nodes[0].parent = 0;
+  uint32_t count = 1;
+  for (uint32_t i = 0; i < masses.node_count; ++i) {
+    LevelNode& n = nodes[i];
+    n.share = Load(masses.total, n.node) * to_share;
+    for (uint32_t c = 0; c < 4; ++c) {
+      const uint32_t child = masses.nodes[n.node].child[c];
+      nodes[count].node = child;
+      nodes[count].parent = i * 4 + c;
+      n.child[c] = child != 0 ? count : 0;
+      count += child != 0;
+    }
   }
-  if (y > 0) sum -= Log(kConcentration + x) * y;
-  if (x > 0) sum -= Log(kConcentration + y) * x;
-  return sum * 0.5f;
+  return nodes;
 }
 
 // Sums over subtrees, of all that is kept. Returns the states with masses, noise and cells.
-std::vector<NodeState> SumUp(const CellMasses& masses, std::vector<double>& share) {
-  double total = 0, halves = 0;
-  for (size_t slot = 0; slot < masses.total.size(); ++slot) {
-    total += masses.total[slot];
-    halves += masses.halves[0][slot] + masses.halves[1][slot];
+States SumUp(const CellMasses& masses, LevelNode* nodes) {
+  DoubleQuad sums = {};
+  for (uint32_t node = 0; node < masses.node_count; ++node)
+    sums += Load(masses.halves[0], node) + Load(masses.halves[1], node);
+  const double sum = Sum(sums), to_part = sum > 0 ? 1 / sum : 0;
+  auto states = std::make_unique_for_overwrite<NodeState[]>(masses.node_count);
+  for (uint32_t i = 0; i < masses.node_count; ++i) {
+    NodeState& s = states[i];
+    s.x = __builtin_convertvector(Load(masses.halves[0], nodes[i].node) * to_part, Quad);
+    s.y = __builtin_convertvector(Load(masses.halves[1], nodes[i].node) * to_part, Quad);
+    const Quad difference = s.x - s.y;  // none in slots that have a child
+    s.noise = Sum(difference * difference);
+    s.cells = 4;
   }
-  const double to_share = 1 / total, to_part = halves > 0 ? 1 / halves : 0;
-  share.resize(masses.total.size());
-  std::vector<NodeState> states(masses.node_count);
-  for (uint32_t node = masses.node_count; node-- > 0;) {
-    NodeState& n = states[node];
-    double mass = 0;
-    for (uint32_t c = 0; c < 4; ++c) {
-      const uint32_t slot = node * 4 + c, child = masses.nodes[node].child[c];
-      if (child != 0) {
-        NodeState& below = states[child];
-        below.parent = node;
-        n.x[c] = (below.x[0] + below.x[1]) + (below.x[2] + below.x[3]);
-        n.y[c] = (below.y[0] + below.y[1]) + (below.y[2] + below.y[3]);
-        n.noise += below.noise;
-        n.cells += below.cells;
-        share[slot] = (share[child * 4] + share[child * 4 + 1]) + (share[child * 4 + 2] + share[child * 4 + 3]);
-      } else {
-        n.x[c] = static_cast<float>(masses.halves[0][slot] * to_part);
-        n.y[c] = static_cast<float>(masses.halves[1][slot] * to_part);
-        n.noise += (n.x[c] - n.y[c]) * (n.x[c] - n.y[c]);
-        n.cells += 1;
-        share[slot] = masses.total[slot] * to_share;
-      }
-      mass += share[slot];
-    }
-    n.mass = static_cast<float>(mass);
+  for (uint32_t i = masses.node_count; i-- > 0;) {
+    NodeState& s = states[i];
+    const double mass = Sum(nodes[i].share);
+    s.mass = static_cast<float>(mass);
+    if (i == 0) break;
+    const uint32_t parent = nodes[i].parent / 4, c = nodes[i].parent % 4;
+    NodeState& above = states[parent];
+    nodes[parent].share[c] = mass;
+    above.x[c] = Sum(s.x);
+    above.y[c] = Sum(s.y);
+    above.noise += s.noise;
+    above.cells += s.cells - 1;
   }
   return states;
 }
 
 // Mass per effective record, from the root down. Returns the expected divergence that noise causes: three free shares a
 // node, 3 / (2 records) nats each, and no more than if all were lost.
-double EstimateNoise(std::vector<NodeState>& states) {
+double EstimateNoise(const LevelNode* nodes, NodeState* states, uint32_t count) {
   double divergence = 0;
-  for (size_t node = 0; node < states.size(); ++node) {
-    NodeState& n = states[node];
-    const float inherited = node == 0 ? 0 : states[n.parent].per_record;
-    const float own = n.mass > 0 ? n.noise / n.mass : inherited;
-    n.per_record = node == 0 ? own : (n.cells * own + kParentCells * inherited) / (n.cells + kParentCells);
-    divergence += 1.5 * std::min(n.per_record, n.mass);
+  for (uint32_t i = 0; i < count; ++i) {
+    NodeState& s = states[i];
+    const float inherited = i == 0 ? 0 : states[nodes[i].parent / 4].per_record;
+    const float own = s.mass > 0 ? s.noise / s.mass : inherited;
+    s.per_record = i == 0 ? own : (s.cells * own + kParentCells * inherited) / (s.cells + kParentCells);
+    divergence += 1.5 * std::min(s.per_record, s.mass);
   }
   return divergence;
 }
 
+// Half the log likelihood of each half given the other, under each concentration; x and y in effective records. The
+// prediction is a quarter each here.
+Lanes LogPredictive(const Quad& x, const Quad& y) {
+  const Lanes quarter = kConcentration * 0.25f;
+  Lanes given_x = Log(kConcentration + Sum(x)) * -Sum(y), given_y = Log(kConcentration + Sum(y)) * -Sum(x);
+  for (int c = 0; c < 4; ++c) {
+    given_x = MultiplyAdd(Log(quarter + x[c]), Broadcast(y[c]), given_x);
+    given_y = MultiplyAdd(Log(quarter + y[c]), Broadcast(x[c]), given_y);
+  }
+  return (given_x + given_y) * 0.5f;
+}
+
 // Belief propagation on the tree of concentrations (a hidden Markov tree; exact, since it has no cycles).
-void Propagate(std::vector<NodeState>& states) {
-  for (NodeState& n : states) {
-    const float records = 1 / n.per_record;
-    for (int c = 0; c < 4; ++c) {
-      n.x[c] *= records;
-      n.y[c] *= records;
-    }
-    const Lanes log = LogPredictive(n);
-    n.belief = Exp(log - Max(log));
+void Propagate(const LevelNode* nodes, NodeState* states, uint32_t count) {
+  // Short loops, in which the processor sees several nodes at once.
+  for (uint32_t i = 0; i < count; ++i) {
+    states[i].x /= states[i].per_record;
+    states[i].y /= states[i].per_record;
   }
-  for (size_t node = states.size(); node-- > 1;) {
-    NodeState& n = states[node];
-    n.belief = Normalized(n.belief);
-    n.message = n.belief * kKeep + (1 - kKeep) * kPrior;
-    states[n.parent].belief *= n.message;
+  for (uint32_t i = 0; i < count; ++i) states[i].belief = LogPredictive(states[i].x, states[i].y);
+  for (uint32_t i = 0; i < count; ++i) states[i].belief = Exp(states[i].belief - Max(states[i].belief));
+  for (uint32_t i = count; i-- > 1;) {
+    NodeState& s = states[i];
+    s.belief *= 1 / Sum(s.belief);
+    s.message = s.belief * kKeep + (1 - kKeep) * kPrior;
+    states[nodes[i].parent / 4].belief *= s.message;
   }
-  states[0].belief = Normalized(states[0].belief);
-  for (size_t node = 1; node < states.size(); ++node) {
-    NodeState& n = states[node];
-    const Lanes elsewhere = Normalized(states[n.parent].belief / n.message);
-    n.belief = Normalized(n.belief * (elsewhere * kKeep + kPrior * (1 - kKeep)));
+  states[0].belief *= 1 / Sum(states[0].belief);
+  for (uint32_t i = 1; i < count; ++i) {
+    // A level changes the sum by less than a factor of ten, and there are kMaxDepth at most.
+    NodeState& s = states[i];
+    const Lanes elsewhere = states[nodes[i].parent / 4].belief / s.message;
+    s.belief *= elsewhere * kKeep + Sum(elsewhere) * (kPrior * (1 - kKeep));
   }
 }
 
 }  // namespace
 
 Shrinkage InferShrinkage(const CellMasses& masses) {
-  Shrinkage out;
   LODESTAR_CHECK(masses.halves[0].size() == masses.total.size() && masses.halves[1].size() == masses.total.size());
-  std::vector<NodeState> states = SumUp(masses, out.share);
-  if (EstimateNoise(states) < kLeastGain) return out;
-  Propagate(states);
-  out.weight.reserve(states.size());
-  for (const NodeState& n : states) {
-    const float records = n.mass / n.per_record;
-    out.weight.push_back(Sum(n.belief * kConcentration / (kConcentration + records)));
+  const uint32_t count = masses.node_count;
+  Shrinkage out = {Place(masses)};
+  LevelNode* const nodes = out.nodes.get();
+  const States states = SumUp(masses, nodes);
+  if (EstimateNoise(nodes, states.get(), count) < kLeastGain) {
+    out.needless = true;
+    return out;
+  }
+  Propagate(nodes, states.get(), count);
+  for (uint32_t i = 0; i < count; ++i) {
+    const NodeState& s = states[i];
+    const float records = s.mass / s.per_record;
+    nodes[i].weight = (Sum(s.belief * (kConcentration / (kConcentration + records))) / Sum(s.belief))[0];
   }
   return out;
 }

@@ -243,5 +243,43 @@ TEST(DirectionalTree, RefinesByFluxAndCollapses) {
   EXPECT_NEAR(Locate(collapsed.nodes.data(), Vec2{0.9f, 0.9f}).density, 4 * kUniformSpherePdf / 1001, 1e-5);
 }
 
+// Depth first, likeliest child first, ties by index: what the serial form counts on.
+uint32_t ExpectLaidOut(const directional::Tree& tree, uint32_t node) {
+  uint32_t next = node + 1;
+  for (const int c : directional::LikeliestFirst(tree.nodes[node])) {
+    if (tree.nodes[node].child[c] == 0) continue;
+    EXPECT_EQ(tree.nodes[node].child[c], next) << "child " << c << " of node " << node;
+    next = ExpectLaidOut(tree, next);
+  }
+  return next;
+}
+
+TEST(DirectionalTree, SubtreesAreLaidOutLikeliestFirst) {
+  for (const double skew : {0.0, 1.0}) {  // without it, all children of all nodes tie
+    DirectionalNode root;
+    directional::Tree tree = directional::Rebuild(&root, 1, {1, 1, 1, 1}, 0.002, 20);
+    ASSERT_EQ(tree.nodes.size(), 1u + 4 + 16 + 64 + 256);
+    uint64_t rng = 5;
+    for (int round = 0; round < 4; ++round) {
+      std::vector<double> masses(tree.nodes.size() * 4, 0.0);
+      for (size_t slot = 0; slot < masses.size(); ++slot) {
+        if (tree.nodes[slot / 4].child[slot % 4] == 0) masses[slot] = 1 + 20 * skew * synthetic::Unit(rng);
+      }
+      tree = directional::Rebuild(tree.nodes.data(), static_cast<uint32_t>(tree.nodes.size()), masses, 0.002, 20);
+      EXPECT_EQ(ExpectLaidOut(tree, 0), tree.nodes.size());
+    }
+  }
+}
+
+TEST(DirectionalTree, TheLimitOnNodesLeavesOutTheFinest) {
+  DirectionalNode root;
+  const directional::Tree tree = directional::Rebuild(&root, 1, {1, 1, 1, 1}, 1e-9, 20);
+  EXPECT_LE(tree.nodes.size(), directional::kMaxNodes);
+  EXPECT_EQ(tree.depth, 9);  // 4^8 nodes of depth 9 and those above them are too many
+  for (float x = 0.01f; x < 1; x += 0.07f) {
+    for (float y = 0.01f; y < 1; y += 0.07f) EXPECT_GE(Locate(tree.nodes.data(), Vec2{x, y}).depth, 8);
+  }
+}
+
 }  // namespace
 }  // namespace lodestar

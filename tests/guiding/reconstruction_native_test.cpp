@@ -247,11 +247,11 @@ TEST(NativeReconstruction, LeavesAloneWhatIsWellSampled) {
   for (int round = 0; round < 3; ++round) tree = synthetic::Plain(Draw(tree, 20000, 5, lamp).masses, 0.01, 20);
   ASSERT_GE(tree.depth, 8);
   const RecordedTree many = Draw(tree, 300000, 6, lamp);
-  EXPECT_TRUE(directional::InferShrinkage(many.masses).weight.empty());
+  EXPECT_TRUE(directional::InferShrinkage(many.masses).needless);
   EXPECT_TRUE(SameNodes(ReconstructNative(many.masses, 0.01, 20), synthetic::Plain(many.masses, 0.01, 20)));
   // With a thousand it is smoothed, but the lamp is still there.
   const RecordedTree few = Draw(tree, 1000, 7, lamp);
-  EXPECT_FALSE(directional::InferShrinkage(few.masses).weight.empty());
+  EXPECT_FALSE(directional::InferShrinkage(few.masses).needless);
   const Tree smoothed = ReconstructNative(few.masses, 0.01, 20), plain = synthetic::Plain(few.masses, 0.01, 20);
   EXPECT_NEAR(Density(smoothed, 0.342f, 0.612f) / Density(plain, 0.342f, 0.612f), 1, 0.2);
 }
