@@ -69,8 +69,7 @@ double MeanRelativeVariance(const Image& image, const PixelEstimate& expected) {
   constexpr double kOutliersLight = 0.25;
   double mean = 0;
   for (size_t i = 0; i < image.size(); ++i) mean += expected.luminance[i] / static_cast<double>(image.size());
-  // As in reports for a picture that is exposed for display, and the same weights whatever the unit of light.
-  const double epsilon = kRelMseEpsilon * mean * mean;
+  const double epsilon = RelativeEpsilon(mean);
   std::vector<double> relative(image.size());
   for (size_t i = 0; i < image.size(); ++i) {
     const double pixel = expected.luminance[i];
