@@ -180,10 +180,10 @@ uint64_t AutoMethod::IterationPasses(const State& state, uint32_t iteration) con
   return pilot > 0 ? pilot : own;
 }
 
-uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& result) const {
+uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& result, const Results& measured) const {
   const auto count = static_cast<uint32_t>(candidates_.size());
   uint32_t c = parts.active;
-  if (PilotPasses(parts, c) > 0 && !Hopeless(parts, result)) return c;
+  if (PilotPasses(parts, c) > 0 && !Hopeless(parts, measured)) return c;
   // How well the simplest finds the light: by the first film that tells it.
   const auto first = std::ranges::find_if(result.films, [](const IterationFilm& f) { return f.film.passes() >= 2; });
   const double variance = first != result.films.end() ? RelativeVariance(first->film) : 0;
@@ -206,12 +206,13 @@ std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const Sta
   if (!parts.settled) {
     parts.history.push_back(
         {parts.active, static_cast<double>(result.rays) + active.vertex_work * static_cast<double>(result.vertices)});
+    Results measured = Measure(result, parts);
     const uint32_t next =
-        pilot && !result.last ? NextInPilot(parts, result) : static_cast<uint32_t>(candidates_.size());
+        pilot && !result.last ? NextInPilot(parts, result, measured) : static_cast<uint32_t>(candidates_.size());
     if (next < candidates_.size()) {
       parts.active = next;
     } else {
-      parts.results = Measure(result, parts);
+      parts.results = std::move(measured);
       Decide(&parts);
       if (result.last) parts.settled = true;
     }
@@ -227,11 +228,11 @@ bool AutoMethod::Decided(const State& state) const {
 
 // ---- The race ----
 
-std::vector<PilotResult> AutoMethod::Measure(const IterationResult& result, const Parts& parts) const {
+AutoMethod::Results AutoMethod::Measure(const IterationResult& result, const Parts& parts) const {
   const Yardstick yardstick(*result.image);
   std::vector<uint32_t> left(candidates_.size());  // films of the candidate that are still to come
   for (const IterationFilm& film : result.films) ++left[parts.history[film.iteration].candidate];
-  std::vector<PilotResult> results;
+  Results results;
   for (const IterationFilm& film : result.films) {
     const AutoState::Rendered& rendered = parts.history[film.iteration];
     if (left[rendered.candidate]-- <= 2 && film.film.passes() >= 2)
@@ -240,10 +241,9 @@ std::vector<PilotResult> AutoMethod::Measure(const IterationResult& result, cons
   return results;
 }
 
-bool AutoMethod::Hopeless(const Parts& parts, const IterationResult& result) const {
-  if (result.passes < 2 || parts.active == 0) return false;  // nothing is measured, or there is no other yet
-  const std::vector<PilotResult> results = Measure(result, parts);
-  const PilotResult* own = LastOf(results, parts.active);
+bool AutoMethod::Hopeless(const Parts& parts, const Results& measured) const {
+  const PilotResult* own = LastOf(measured, parts.active);
+  if (own == nullptr) return false;
   // Iterations that its pilot would still have.
   const Candidate& candidate = candidates_[parts.active];
   const AutoState::Entrant& entrant = parts.entrants[parts.active];
@@ -257,7 +257,7 @@ bool AutoMethod::Hopeless(const Parts& parts, const IterationResult& result) con
     growth *= kMostGrowth;
   }
   for (uint32_t c = 0; c < parts.active; ++c) {
-    const PilotResult* other = LastOf(results, c);
+    const PilotResult* other = LastOf(measured, c);
     if (other != nullptr && CompareEfficiency(*own, *other).high * growth < 1) return true;
   }
   return false;

@@ -78,11 +78,13 @@ class AutoMethod final : public Method {
   uint64_t OwnPasses(const Parts& parts, uint32_t candidate, uint32_t ahead = 0) const;
   // Passes of the next iteration of its pilot; 0: the pilot is over.
   uint64_t PilotPasses(const Parts& parts, uint32_t candidate) const;
+  using Results = std::vector<PilotResult>;
+  // Of the last two films of each candidate, those that tell a variance.
+  Results Measure(const IterationResult& result, const Parts& parts) const;
   // The candidate whose pilot comes next; the number of candidates where there is none.
-  uint32_t NextInPilot(const Parts& parts, const IterationResult& result) const;
-  std::vector<PilotResult> Measure(const IterationResult& result, const Parts& parts) const;
+  uint32_t NextInPilot(const Parts& parts, const IterationResult& result, const Results& measured) const;
   // Whether the active candidate, in its pilot, is so far behind another that it will not be ahead at its end.
-  bool Hopeless(const Parts& parts, const IterationResult& result) const;
+  bool Hopeless(const Parts& parts, const Results& measured) const;
   // How much better the candidate's next film may be than its last.
   double Promise(const Parts& parts, uint32_t candidate) const;
   // Sets active, settled and the states that are left.
