@@ -17,7 +17,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 2;
+constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 3;
 constexpr const char* kWhat = "state of method 'auto'";
 
 // As much as a learner's film may be better than the one before.
@@ -76,11 +76,6 @@ Bytes AutoState::Serialize() const {
     out.Put(entrant.passes);
     out.Put(entrant.last_passes);
   }
-  out.Put(static_cast<uint32_t>(parts_.history.size()));
-  for (const Rendered& rendered : parts_.history) {
-    out.Put(rendered.candidate);
-    out.Put(rendered.work);
-  }
   out.Put(static_cast<uint32_t>(parts_.results.size()));
   for (const PilotResult& result : parts_.results) result.Write(out);
   return Seal(std::move(out));
@@ -131,7 +126,7 @@ AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
 
 Method::Active AutoMethod::ActiveUnder(const std::shared_ptr<const State>& state) const {
   const Parts& parts = PartsOf(*state);
-  return {candidates_[parts.active].method.get(), parts.entrants[parts.active].state};
+  return {candidates_[parts.active].method.get(), parts.entrants[parts.active].state, parts.active};
 }
 
 std::shared_ptr<const State> AutoMethod::Initial() const {
@@ -204,9 +199,7 @@ std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const Sta
   entrant.passes += result.passes;
   entrant.last_passes = result.passes;
   if (!parts.settled) {
-    parts.history.push_back(
-        {parts.active, static_cast<double>(result.rays) + active.vertex_work * static_cast<double>(result.vertices)});
-    Results measured = Measure(result, parts);
+    Results measured = Measure(result);
     const uint32_t next =
         pilot && !result.last ? NextInPilot(parts, result, measured) : static_cast<uint32_t>(candidates_.size());
     if (next < candidates_.size()) {
@@ -228,15 +221,19 @@ bool AutoMethod::Decided(const State& state) const {
 
 // ---- The race ----
 
-AutoMethod::Results AutoMethod::Measure(const IterationResult& result, const Parts& parts) const {
+AutoMethod::Results AutoMethod::Measure(const IterationResult& result) const {
   const Yardstick yardstick(*result.image);
   std::vector<uint32_t> left(candidates_.size());  // films of the candidate that are still to come
-  for (const IterationFilm& film : result.films) ++left[parts.history[film.iteration].candidate];
+  for (const IterationFilm& film : result.films) {
+    LODESTAR_CHECK(film.candidate < candidates_.size());
+    ++left[film.candidate];
+  }
   Results results;
   for (const IterationFilm& film : result.films) {
-    const AutoState::Rendered& rendered = parts.history[film.iteration];
-    if (left[rendered.candidate]-- <= 2 && film.film.passes() >= 2)
-      results.push_back(MeasurePilot(rendered.candidate, film.film, rendered.work, yardstick));
+    if (left[film.candidate]-- > 2 || film.film.passes() < 2) continue;
+    const double work =
+        static_cast<double>(film.rays) + candidates_[film.candidate].vertex_work * static_cast<double>(film.vertices);
+    results.push_back(MeasurePilot(film.candidate, film.film, work, yardstick));
   }
   return results;
 }
@@ -356,13 +353,6 @@ std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) cons
     parts.entrants.push_back(std::move(entrant));
   }
   if (!parts.entrants[parts.active].state) in.Fail("has no state of the method it goes on with");
-  const auto rendered = in.Get<uint32_t>();
-  for (uint32_t i = 0; i < rendered; ++i) {
-    const auto candidate = in.Get<uint32_t>();
-    const auto work = in.Get<double>();
-    if (candidate >= count || !(work >= 0)) in.Fail("has an iteration of no candidate");
-    parts.history.push_back({candidate, work});
-  }
   const auto results = in.Get<uint32_t>();
   if (results > 2 * count) in.Fail("has more results than a race can have");
   for (uint32_t i = 0; i < results; ++i) {

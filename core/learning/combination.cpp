@@ -1,6 +1,7 @@
 #include "core/learning/combination.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -11,7 +12,7 @@
 namespace lodestar {
 namespace {
 
-using Kind = Method::Combination::Kind;
+using Combination = Method::Combination;
 
 // Each film as a picture. A film of one pass cannot tell its own variance; the mean of the n passes of the others can:
 // the square of what lies between the two has the mean v + w / n, of which n / (n + 1) is v where passes are alike. All
@@ -19,9 +20,9 @@ using Kind = Method::Combination::Kind;
 std::vector<Image> DevelopAll(std::span<const IterationFilm> films) {
   std::vector<Image> images;
   uint64_t passes = 0;
-  for (const auto& [iteration, film] : films) {
-    images.push_back(film.Develop());
-    passes += film.passes();
+  for (const IterationFilm& film : films) {
+    images.push_back(film.film.Develop());
+    passes += film.film.passes();
   }
   std::vector<double> sum;  // of luminance, over all passes
   for (size_t i = 0; i < films.size(); ++i) {
@@ -95,10 +96,10 @@ std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films,
   // What each pixel is expected to have: all passes count alike.
   std::vector<double> by_passes;
   uint64_t passes = 0;
-  for (const auto& [iteration, film] : films) passes += film.passes();
+  for (const IterationFilm& film : films) passes += film.film.passes();
   if (passes == 0) return std::vector<double>(films.size());
-  for (const auto& [iteration, film] : films)
-    by_passes.push_back(static_cast<double>(film.passes()) / static_cast<double>(passes));
+  for (const IterationFilm& film : films)
+    by_passes.push_back(static_cast<double>(film.film.passes()) / static_cast<double>(passes));
   if (std::ranges::find(by_passes, 1.0) != by_passes.end()) return by_passes;
   const PixelEstimate expected = EstimatePixels(WeightedMean(images, by_passes));
 
@@ -119,11 +120,11 @@ std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films,
 
 }  // namespace
 
-CombinedFilms Combine(std::span<const IterationFilm> films, const Method::Combination& combination) {
+CombinedFilms Combine(std::span<const IterationFilm> films, Combination combination) {
   LODESTAR_CHECK(!films.empty());
   CombinedFilms result;
-  result.weights.resize(films.size());
-  if (combination.kind != Kind::kInverseVariance) {
+  if (combination != Combination::kInverseVariance) {
+    result.weights.resize(films.size());
     size_t most = 0;
     for (size_t i = 1; i < films.size(); ++i) {
       if (films[i].film.passes() >= films[most].film.passes()) most = i;
@@ -133,22 +134,40 @@ CombinedFilms Combine(std::span<const IterationFilm> films, const Method::Combin
     result.image = films[most].film.Develop();
     return result;
   }
-  const size_t used = std::min<size_t>(films.size(), std::max(1u, combination.last));
-  const std::span<double> weights = std::span(result.weights).last(used);
-  const std::vector<Image> images = DevelopAll(films.last(used));
-  std::ranges::copy(InverseVarianceWeights(films.last(used), images), weights.begin());
+  const std::vector<Image> images = DevelopAll(films);
+  result.weights = InverseVarianceWeights(films, images);
   double total = 0;
-  for (const double w : weights) total += w;
-  for (double& w : weights) w = total > 0 ? w / total : 0;
-  result.image = WeightedMean(images, weights);
+  for (const double w : result.weights) total += w;
+  for (double& w : result.weights) w = total > 0 ? w / total : 0;
+  result.image = WeightedMean(images, result.weights);
   for (size_t i = 0; i < films.size(); ++i) {
     if (result.weights[i] > 0) result.passes += films[i].film.passes();
   }
   return result;
 }
 
-size_t FilmsToKeep(const Method::Combination& combination) {
-  return combination.kind == Kind::kInverseVariance ? std::max(1u, combination.last) - 1 : 1;
+void MakeRoom(std::vector<IterationFilm>* films, Combination combination, std::span<const double> weights) {
+  LODESTAR_CHECK(weights.size() == films->size());
+  if (films->empty()) return;
+  if (combination != Combination::kInverseVariance) {
+    films->erase(films->begin(), films->end() - 1);
+    return;
+  }
+  std::vector<size_t> own;
+  for (size_t i = 0; i < films->size(); ++i) {
+    if ((*films)[i].candidate == films->back().candidate) own.push_back(i);
+  }
+  constexpr size_t kApart = 2;
+  if (own.size() <= 1 + kApart) return;
+  const size_t a = own[0], b = own[1];
+  std::vector<Image> images = DevelopAll(*films);
+  const double both = weights[a] + weights[b], share = both > 0 ? weights[a] / both : 0;
+  const std::array pair = {std::move(images[a]), std::move(images[b])};
+  IterationFilm &pool = (*films)[a], &next = (*films)[b];
+  pool.film = Film(WeightedMean(pair, std::array{share, 1 - share}), pool.film.passes() + next.film.passes());
+  pool.rays += next.rays;
+  pool.vertices += next.vertices;
+  films->erase(films->begin() + static_cast<std::ptrdiff_t>(b));
 }
 
 }  // namespace lodestar

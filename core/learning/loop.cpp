@@ -135,6 +135,8 @@ void Loop::AddRound(const Round& round, Contribution contribution) {
   IterationFilm& current = films_.back();
   for (const FilmTile& tile : contribution.tiles) current.film.Add(grid_, tile);
   current.film.AddPasses(round.passes);
+  current.rays += contribution.rays;
+  current.vertices += contribution.vertices;
   if (contribution.statistics) {
     LODESTAR_CHECK(round.record);
     contribution.statistics->AddHealth(&report_.health);
@@ -209,7 +211,7 @@ bool Loop::EndsTraining(uint32_t next) const {
     const double needed = static_cast<double>(combined_->passes) * error_ / job_.budget.error;
     if (needed < static_cast<double>(two_doublings)) return true;
   }
-  if (method_->combination().kind == Method::Combination::Kind::kAutomatic && iteration_ >= kMinIterationForAutomatic &&
+  if (method_->combination() == Method::Combination::kAutomatic && iteration_ >= kMinIterationForAutomatic &&
       previous_prediction_ > 0) {
     return PredictedVariance() >= previous_prediction_;
   }
@@ -238,9 +240,8 @@ void Loop::Advance(const Clock& clock) {
                                      .passes = iteration_passes_,
                                      .image = &combined_->image,
                                      .films = films_,
-                                     .rays = report_.rays - rays_before_,
-                                     .vertices = report_.vertices - vertices_before_,
                                      .last = next_is_final_});
+  MakeRoom(&films_, method_->combination(), combined_->weights);
   ++iteration_;
   final_iteration_ = next_is_final_ || method_->Decided(*state_);
   BeginIteration();
@@ -250,16 +251,12 @@ void Loop::Advance(const Clock& clock) {
 }
 
 void Loop::BeginIteration() {
-  const size_t keep = FilmsToKeep(method_->combination());
-  if (films_.size() > keep) films_.erase(films_.begin(), films_.end() - static_cast<std::ptrdiff_t>(keep));
-  films_.push_back({iteration_, Film(grid_)});
+  films_.push_back({iteration_, Film(grid_), method_->ActiveUnder(state_).candidate});
   learned_.reset();
   combined_.reset();
   round_ = 0;
   iteration_passes_ = 0;
   iteration_seconds_ = 0;
-  rays_before_ = report_.rays;
-  vertices_before_ = report_.vertices;
   iteration_complete_ = next_is_final_ = false;
 }
 

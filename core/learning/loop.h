@@ -137,7 +137,6 @@ class Loop {
   std::optional<CombinedFilms> combined_;  // at an iteration's end, as measured: for what is decided there
   uint32_t iteration_ = 0, round_ = 0;
   uint64_t iteration_passes_ = 0, passes_ = 0;
-  uint64_t rays_before_ = 0, vertices_before_ = 0;  // this iteration
   bool final_iteration_ = false;
   bool iteration_complete_ = false;  // the advance comes next, and next_is_final_ is decided
   bool next_is_final_ = false, finished_ = false;
