@@ -104,17 +104,16 @@ std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films,
   const PixelEstimate expected = EstimatePixels(WeightedMean(images, by_passes));
 
   std::vector<double> per_pass;
-  double best = std::numeric_limits<double>::infinity();
+  double worst = 0;
   for (size_t i = 0; i < films.size(); ++i) {
     const auto n = static_cast<double>(films[i].film.passes());
     const double v = n > 0 ? MeanRelativeVariance(images[i], expected) * n : 0;
     per_pass.push_back(v);
-    if (v > 0) best = std::min(best, v);
+    worst = std::max(worst, v);
   }
-  if (!std::isfinite(best)) best = 1;  // nothing varies: passes alone count
   std::vector<double> weights;
   for (size_t i = 0; i < films.size(); ++i)
-    weights.push_back(by_passes[i] * (per_pass[i] == 0 ? 1 : best / per_pass[i]));
+    weights.push_back(by_passes[i] * (per_pass[i] == 0 ? 1 : worst / per_pass[i]));
   return weights;
 }
 

@@ -20,8 +20,8 @@ struct CombinedFilms {
 // first rounds of a longer one.
 // - inverse variance: of all films, 1 / mean pixel variance (Mueller 2019, section 10.2), relative to what
 //   the pixels are expected to have, as errors are reported: by the absolute variance a film that is noisy in the dark
-//   would count by its bright parts. A film of one pass is measured against the others. One without any noise (all
-//   black, say) is taken to be as good per pass as the best other, so that a variance of zero never owns the image. The
+//   would count by its bright parts. A film of one pass is measured against the others. One without any noise
+//   has met nothing that varies, no light perhaps: it is taken to be as noisy per pass as the worst other. The
 //   weights come from the samples they weigh: with a whole image's mean variance behind each, the bias is of the order
 //   of the relative error of that mean, over the number of pixels; tests of means use discard.
 CombinedFilms Combine(std::span<const IterationFilm> films, Method::Combination combination);

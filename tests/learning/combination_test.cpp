@@ -72,6 +72,9 @@ TEST(Combination, ZeroVarianceDoesNotOwnTheImage) {
   films.push_back(FilmOf(1, 30, 1));
   const std::vector<double> w = Combine(films, kInverse).weights;
   EXPECT_NEAR(w[0], 2.0 / 32, 1e-9);  // as good per pass as the other, not infinitely good
+  films.push_back(FilmOf(2, 30, 0.1f));
+  const std::vector<double> three = Combine(films, kInverse).weights;
+  EXPECT_NEAR(three[0] / three[1], 2.0 / 30, 1e-9);  // of two others, the worse
 }
 
 // All of its light in the few pixels that reports leave out: without them it would be free of noise.
