@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "core/base/check.h"
 #include "core/film/error_metrics.h"
@@ -92,6 +93,36 @@ double MeanRelativeVariance(const Image& image, const PixelEstimate& expected) {
   return (trimmed ? kept : kept + outliers) / static_cast<double>(image.size());
 }
 
+// Guides get better as they learn: of one candidate's films none should be noisier per pass than the one before. Where
+// it looks so, the earlier one has hardly met what the later one shows; then both have the mean of what was seen,
+// passes counting alike (isotonic regression by pooling neighbours; Ayer et al. 1955).
+void PoolWhereLaterIsNoisier(std::span<const IterationFilm> films, std::vector<double>* per_pass) {
+  struct Run {
+    double sum = 0, passes = 0;
+    std::vector<size_t> films;
+    double Mean() const { return sum / passes; }
+  };
+  std::map<uint32_t, std::vector<Run>> runs;  // by candidate
+  for (size_t i = 0; i < films.size(); ++i) {
+    const auto n = static_cast<double>(films[i].film.passes());
+    if (n == 0) continue;
+    std::vector<Run>& own = runs[films[i].candidate];
+    own.push_back({(*per_pass)[i] * n, n, {i}});
+    for (; own.size() > 1 && own.back().Mean() > own[own.size() - 2].Mean(); own.pop_back()) {
+      const Run& later = own.back();
+      Run& earlier = own[own.size() - 2];
+      earlier.sum += later.sum;
+      earlier.passes += later.passes;
+      earlier.films.insert(earlier.films.end(), later.films.begin(), later.films.end());
+    }
+  }
+  for (const auto& [candidate, own] : runs) {
+    for (const Run& run : own) {
+      for (const size_t i : run.films) (*per_pass)[i] = run.Mean();
+    }
+  }
+}
+
 std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films, std::span<const Image> images) {
   // What each pixel is expected to have: all passes count alike.
   std::vector<double> by_passes;
@@ -104,13 +135,12 @@ std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films,
   const PixelEstimate expected = EstimatePixels(WeightedMean(images, by_passes));
 
   std::vector<double> per_pass;
-  double worst = 0;
   for (size_t i = 0; i < films.size(); ++i) {
     const auto n = static_cast<double>(films[i].film.passes());
-    const double v = n > 0 ? MeanRelativeVariance(images[i], expected) * n : 0;
-    per_pass.push_back(v);
-    worst = std::max(worst, v);
+    per_pass.push_back(n > 0 ? MeanRelativeVariance(images[i], expected) * n : 0);
   }
+  PoolWhereLaterIsNoisier(films, &per_pass);
+  const double worst = *std::ranges::max_element(per_pass);
   std::vector<double> weights;
   for (size_t i = 0; i < films.size(); ++i)
     weights.push_back(by_passes[i] * (per_pass[i] == 0 ? 1 : worst / per_pass[i]));

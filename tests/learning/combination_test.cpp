@@ -52,7 +52,7 @@ TEST(Combination, NoiseInTheDarkCountsMore) {
   const TileGrid grid(4, 4);
   std::vector<IterationFilm> films;
   for (const bool noisy_dark : {false, true}) {
-    films.push_back({noisy_dark ? 1u : 0u, Film(grid)});
+    films.push_back({noisy_dark ? 1u : 0u, Film(grid), noisy_dark ? 1u : 0u});
     FilmTile tile{0, std::vector<PixelSum>(16)};
     for (size_t p = 0; p < 16; ++p) {
       const bool dark = p % 4 < 2;
@@ -64,6 +64,21 @@ TEST(Combination, NoiseInTheDarkCountsMore) {
   }
   const std::vector<double> w = Combine(films, kInverse).weights;
   EXPECT_GT(w[0], 2 * w[1]);  // by the absolute variance they would count alike
+}
+
+// An iteration of few passes that has not met what the next one shows: both are as noisy as the two together, a pass.
+TEST(Combination, OfOneCandidateNoFilmIsBetterThanALaterOne) {
+  const auto weights = [](float first, float second, uint32_t candidate) {
+    std::vector<IterationFilm> films = {FilmOf(0, 2, 2), FilmOf(1, 4, first), FilmOf(2, 12, second)};
+    films[2].candidate = candidate;
+    return Combine(films, kInverse).weights;
+  };
+  const std::vector<double> missed = weights(0.1f, 1, 0);
+  EXPECT_NEAR(missed[1] / missed[2], 4.0 / 12, 1e-9);
+  EXPECT_LT(missed[0] / missed[1], 0.5 * 2 / 4);  // who is known to be noisier stays so
+  const std::vector<double> learned = weights(1, 0.5f, 0);
+  EXPECT_NEAR(learned[1] / learned[2], (0.25 / 11) / (1.0 / 3), 1e-4);
+  EXPECT_GT(weights(0.1f, 1, 1)[1], 0.9);  // of another candidate nothing follows
 }
 
 TEST(Combination, ZeroVarianceDoesNotOwnTheImage) {
