@@ -12,7 +12,7 @@
 //   rays      over the first's: guided paths are longer
 //   gain      in efficiency, 1 / (MSE * time); "rel": by relMSE
 //   hits      of a guided method's directions drawn at surfaces that are not mirrors, those that meet something that
-//             shines, in per cent, under the state that the run ended with
+//             shines, in per cent, under the state that the run ended with (of auto: the chosen method's)
 //   invalid   those that lie below the surface or carry nothing for another reason, in per cent
 //   mean      of the image over the reference's: 1 but for noise, which its standard error leaves out of the
 //             reference, and for the bias of the grid's -memo samplings
@@ -33,6 +33,7 @@
 #include "core/tracing/focal_guide.h"
 #include "core/tracing/grid_guide.h"
 #include "core/tracing/local_executor.h"
+#include "core/tracing/mixed_guide.h"
 #include "core/tracing/path_kernel.h"
 #include "core/tracing/sd_tree_guide.h"
 #include "core/tracing/tracer.h"
@@ -46,6 +47,7 @@ struct Variant {
   std::vector<double> mse, mae, relmse, seconds, mean, hits, invalid;
   std::shared_ptr<const State> state;  // of the last seed
   double rays = 0;
+  size_t nodes = 0;
 };
 
 Variant MakeVariant(const std::string& text, const JobSpec& common) {
@@ -74,6 +76,18 @@ double Mean(const Image& image) {
   return sum / static_cast<double>(image.size());
 }
 
+size_t NodeCount(const State* state) {
+  size_t nodes = 0;
+  if (const auto* focal = dynamic_cast<const FocalState*>(state)) {
+    for (const FocalOctree& octree : focal->field().octrees()) nodes += octree.node_count();
+  } else if (const auto* tree = dynamic_cast<const SdTreeState*>(state)) {
+    nodes = tree->tree().node_count();
+  } else if (const auto* mixed = dynamic_cast<const MixedState*>(state)) {
+    nodes = NodeCount(mixed->tree().get()) + NodeCount(mixed->focal().get());
+  }
+  return nodes;
+}
+
 Image RunLoop(const CompiledJob& compiled, const JobSpec& job, Variant* v = nullptr) {
   Loop loop(job, compiled.survey);
   LocalExecutor executor(compiled.scene, job, loop.method(), 1);
@@ -81,6 +95,7 @@ Image RunLoop(const CompiledJob& compiled, const JobSpec& job, Variant* v = null
   loop.Run(executor, stop, {});
   if (v != nullptr) {
     v->state = loop.state();
+    v->nodes = NodeCount(loop.method().ActiveUnder(loop.state()).state.get());
     v->rays = static_cast<double>(loop.Report().rays);
   }
   return loop.Develop();
@@ -122,32 +137,33 @@ Directions Watch(const Scene& scene, NeeMode nee, const Guide& guide) {
   return directions;
 }
 
+// None for path tracing; where methods race, of the one that was chosen.
 Directions Watch(const CompiledJob& compiled, const Variant& v) {
+  const std::unique_ptr<Method> job_method = MakeMethod(v.job, compiled.survey);
+  const Method::Active active = job_method->ActiveUnder(v.state);
   const Scene& scene = *compiled.scene;
-  if (const auto grid = std::dynamic_pointer_cast<const GridState>(v.state)) {
-    const GridMethod method(v.job, compiled.survey);
-    return Watch(scene, method.options().nee, GridGuide(grid->grid(), method.options()));
+  const auto nee_of = [](const SdTreeMethod& method, const SdTree& tree) {
+    return UsesNee(method.options().nee, tree.iteration()) ? NeeMode::kAlways : NeeMode::kNever;
+  };
+  if (const auto* grid = dynamic_cast<const GridMethod*>(active.method)) {
+    const auto state = std::dynamic_pointer_cast<const GridState>(active.state);
+    return Watch(scene, grid->options().nee, GridGuide(state->grid(), grid->options()));
   }
-  if (const auto focal = std::dynamic_pointer_cast<const FocalState>(v.state)) {
-    const FocalMethod method(v.job, compiled.survey);
-    return Watch(scene, method.options().nee, FocalGuide(focal));
+  if (const auto* focal = dynamic_cast<const FocalMethod*>(active.method)) {
+    const auto state = std::dynamic_pointer_cast<const FocalState>(active.state);
+    return Watch(scene, focal->options().nee, FocalGuide(state));
   }
-  if (const auto tree = std::dynamic_pointer_cast<const SdTreeState>(v.state)) {
-    const SdTreeMethod method(v.job, compiled.survey);
-    const NeeMode nee = UsesNee(method.options().nee, tree->tree().iteration()) ? NeeMode::kAlways : NeeMode::kNever;
-    return Watch(scene, nee, SdTreeGuide<false>(tree, method.options().learn));
+  if (const auto* tree = dynamic_cast<const SdTreeMethod*>(active.method)) {
+    const auto state = std::dynamic_pointer_cast<const SdTreeState>(active.state);
+    const NeeMode nee = nee_of(*tree, state->tree());
+    if (tree->options().product) return Watch(scene, nee, SdTreeGuide<true>(state, tree->options().learn));
+    return Watch(scene, nee, SdTreeGuide<false>(state, tree->options().learn));
+  }
+  if (const auto* mixed = dynamic_cast<const MixedMethod*>(active.method)) {
+    const auto state = std::dynamic_pointer_cast<const MixedState>(active.state);
+    return Watch(scene, nee_of(mixed->tree(), state->tree()->tree()), MixedGuide(state, mixed->tree().options().learn));
   }
   return {};
-}
-
-size_t NodeCount(const State* state) {
-  size_t nodes = 0;
-  if (const auto* focal = dynamic_cast<const FocalState*>(state)) {
-    for (const FocalOctree& octree : focal->field().octrees()) nodes += octree.node_count();
-  } else if (const auto* tree = dynamic_cast<const SdTreeState*>(state)) {
-    nodes = tree->tree().node_count();
-  }
-  return nodes;
 }
 
 double Median(std::vector<double> values) {
@@ -193,7 +209,7 @@ void Print(const std::vector<Variant>& variants) {
         "|\n",
         v.name.c_str(), mse, Spread(v.mse, base.mse, mse), mae, Spread(v.mae, base.mae, mae), relmse, time,
         v.rays / base.rays, 1 / (mse * time), 1 / (relmse * time), Mean(v.hits), Spread(v.hits, ones, Mean(v.hits)),
-        Mean(v.invalid), Mean(v.mean), Spread(v.mean, ones, Mean(v.mean)), NodeCount(v.state.get()));
+        Mean(v.invalid), Mean(v.mean), Spread(v.mean, ones, Mean(v.mean)), v.nodes);
   }
 }
 

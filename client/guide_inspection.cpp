@@ -241,7 +241,9 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
   if (!arguments.scene.empty()) view.scene = CompileSceneOf(file, arguments);
   const std::unique_ptr<Method> job_method = MakeMethod(file.job, file.survey);
   const std::shared_ptr<const State> job_state = job_method->ParseState(file.state);
-  const auto [method, state] = job_method->ActiveUnder(job_state);
+  const Method::Active active = job_method->ActiveUnder(job_state);
+  const Method* method = active.method;
+  const std::shared_ptr<const State>& state = active.state;
   const std::string choice = job_method->Explain(*job_state);
   view.label = file.job.method;
   if (method != job_method.get()) view.label += " (" + std::string(method->name()) + ")";

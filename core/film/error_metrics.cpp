@@ -86,6 +86,10 @@ std::vector<double> SmoothedLuminance(const Image& image) {
 
 }  // namespace
 
+double RelativeEpsilon(double mean_luminance) {
+  return kRelMseEpsilon * (mean_luminance > 0 ? mean_luminance * mean_luminance : 1);
+}
+
 ErrorMetrics Compare(const Image& image, const Image& reference) {
   CheckComparable(image, reference);
   ErrorMetrics metrics;

@@ -13,6 +13,9 @@ struct ErrorMetrics {
 };
 inline constexpr double kRelMseEpsilon = 0.01;
 inline constexpr double kTrimmedFraction = 0.001;
+// What stands for eps where images of one scene are weighed against each other: that of reports for a picture that is
+// exposed for display (of mean luminance 1), so that the scene's unit of light does not matter. Above zero.
+double RelativeEpsilon(double mean_luminance);
 
 // Throws Error(kInvalidInput) where the sizes differ or a pixel of either is not finite (naming it).
 ErrorMetrics Compare(const Image& image, const Image& reference);

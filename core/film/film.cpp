@@ -38,6 +38,20 @@ bool PixelSum::Add(Rgb sample) {
 Film::Film(const TileGrid& grid)
     : width_(grid.width()), height_(grid.height()), sums_(size_t{grid.width()} * grid.height()) {}
 
+Film::Film(const Image& image, uint64_t passes)
+    : width_(image.width), height_(image.height), passes_(passes), sums_(image.size()) {
+  LODESTAR_CHECK(passes >= 2 && image.variance.size() == image.size());
+  const auto n = static_cast<double>(passes);
+  for (size_t i = 0; i < sums_.size(); ++i) {
+    Sum& sum = sums_[i];
+    sum.r = n * image.pixels[i].r;
+    sum.g = n * image.pixels[i].g;
+    sum.b = n * image.pixels[i].b;
+    const double mean = MeanLuminance(sum);
+    sum.luminance_squared = n * ((n - 1) * image.variance[i] + mean * mean);
+  }
+}
+
 void Film::Add(const TileGrid& grid, const FilmTile& tile) {
   LODESTAR_CHECK(grid.width() == width_ && grid.height() == height_);
   const TileRect rect = grid.Rect(tile.tile);
@@ -54,10 +68,13 @@ void Film::Add(const TileGrid& grid, const FilmTile& tile) {
   }
 }
 
+double Film::MeanLuminance(const Sum& sum) const {
+  return (0.212671 * sum.r + 0.715160 * sum.g + 0.072169 * sum.b) / static_cast<double>(passes_);
+}
+
 double Film::Variance(const Sum& sum) const {
   if (passes_ < 2) return 0;
-  const double n = static_cast<double>(passes_);
-  const double mean = (0.212671 * sum.r + 0.715160 * sum.g + 0.072169 * sum.b) / n;
+  const double n = static_cast<double>(passes_), mean = MeanLuminance(sum);
   // Sample variance over n; never negative, where rounding of nearly equal samples would make it so.
   return std::max(0.0, (sum.luminance_squared / n - mean * mean) / (n - 1));
 }

@@ -63,6 +63,8 @@ class Film {
  public:
   Film() = default;
   explicit Film(const TileGrid& grid);
+  // That develops into `image`, of at least two passes: a mean of films as one.
+  Film(const Image& image, uint64_t passes);
   // Adds a tile of this grid's size; AddPasses once a round, when all its tiles are added.
   void Add(const TileGrid& grid, const FilmTile& tile);
   void AddPasses(uint32_t passes) { passes_ += passes; }
@@ -84,6 +86,7 @@ class Film {
   struct Sum {
     double r = 0, g = 0, b = 0, luminance_squared = 0;
   };
+  double MeanLuminance(const Sum& sum) const;
   double Variance(const Sum& sum) const;  // of the mean luminance
 
   uint32_t width_ = 0, height_ = 0;

@@ -17,7 +17,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 2;
+constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 3;
 constexpr const char* kWhat = "state of method 'auto'";
 
 // As much as a learner's film may be better than the one before.
@@ -76,11 +76,6 @@ Bytes AutoState::Serialize() const {
     out.Put(entrant.passes);
     out.Put(entrant.last_passes);
   }
-  out.Put(static_cast<uint32_t>(parts_.history.size()));
-  for (const Rendered& rendered : parts_.history) {
-    out.Put(rendered.candidate);
-    out.Put(rendered.work);
-  }
   out.Put(static_cast<uint32_t>(parts_.results.size()));
   for (const PilotResult& result : parts_.results) result.Write(out);
   return Seal(std::move(out));
@@ -131,7 +126,7 @@ AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
 
 Method::Active AutoMethod::ActiveUnder(const std::shared_ptr<const State>& state) const {
   const Parts& parts = PartsOf(*state);
-  return {candidates_[parts.active].method.get(), parts.entrants[parts.active].state};
+  return {candidates_[parts.active].method.get(), parts.entrants[parts.active].state, parts.active};
 }
 
 std::shared_ptr<const State> AutoMethod::Initial() const {
@@ -180,10 +175,10 @@ uint64_t AutoMethod::IterationPasses(const State& state, uint32_t iteration) con
   return pilot > 0 ? pilot : own;
 }
 
-uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& result) const {
+uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& result, const Results& measured) const {
   const auto count = static_cast<uint32_t>(candidates_.size());
   uint32_t c = parts.active;
-  if (PilotPasses(parts, c) > 0 && !Hopeless(parts, result)) return c;
+  if (PilotPasses(parts, c) > 0 && !Hopeless(parts, measured)) return c;
   // How well the simplest finds the light: by the first film that tells it.
   const auto first = std::ranges::find_if(result.films, [](const IterationFilm& f) { return f.film.passes() >= 2; });
   const double variance = first != result.films.end() ? RelativeVariance(first->film) : 0;
@@ -204,14 +199,13 @@ std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const Sta
   entrant.passes += result.passes;
   entrant.last_passes = result.passes;
   if (!parts.settled) {
-    parts.history.push_back(
-        {parts.active, static_cast<double>(result.rays) + active.vertex_work * static_cast<double>(result.vertices)});
+    Results measured = Measure(result);
     const uint32_t next =
-        pilot && !result.last ? NextInPilot(parts, result) : static_cast<uint32_t>(candidates_.size());
+        pilot && !result.last ? NextInPilot(parts, result, measured) : static_cast<uint32_t>(candidates_.size());
     if (next < candidates_.size()) {
       parts.active = next;
     } else {
-      parts.results = Measure(result, parts);
+      parts.results = std::move(measured);
       Decide(&parts);
       if (result.last) parts.settled = true;
     }
@@ -227,23 +221,26 @@ bool AutoMethod::Decided(const State& state) const {
 
 // ---- The race ----
 
-std::vector<PilotResult> AutoMethod::Measure(const IterationResult& result, const Parts& parts) const {
+AutoMethod::Results AutoMethod::Measure(const IterationResult& result) const {
   const Yardstick yardstick(*result.image);
   std::vector<uint32_t> left(candidates_.size());  // films of the candidate that are still to come
-  for (const IterationFilm& film : result.films) ++left[parts.history[film.iteration].candidate];
-  std::vector<PilotResult> results;
   for (const IterationFilm& film : result.films) {
-    const AutoState::Rendered& rendered = parts.history[film.iteration];
-    if (left[rendered.candidate]-- <= 2 && film.film.passes() >= 2)
-      results.push_back(MeasurePilot(rendered.candidate, film.film, rendered.work, yardstick));
+    LODESTAR_CHECK(film.candidate < candidates_.size());
+    ++left[film.candidate];
+  }
+  Results results;
+  for (const IterationFilm& film : result.films) {
+    if (left[film.candidate]-- > 2 || film.film.passes() < 2) continue;
+    const double work =
+        static_cast<double>(film.rays) + candidates_[film.candidate].vertex_work * static_cast<double>(film.vertices);
+    results.push_back(MeasurePilot(film.candidate, film.film, work, yardstick));
   }
   return results;
 }
 
-bool AutoMethod::Hopeless(const Parts& parts, const IterationResult& result) const {
-  if (result.passes < 2 || parts.active == 0) return false;  // nothing is measured, or there is no other yet
-  const std::vector<PilotResult> results = Measure(result, parts);
-  const PilotResult* own = LastOf(results, parts.active);
+bool AutoMethod::Hopeless(const Parts& parts, const Results& measured) const {
+  const PilotResult* own = LastOf(measured, parts.active);
+  if (own == nullptr) return false;
   // Iterations that its pilot would still have.
   const Candidate& candidate = candidates_[parts.active];
   const AutoState::Entrant& entrant = parts.entrants[parts.active];
@@ -257,7 +254,7 @@ bool AutoMethod::Hopeless(const Parts& parts, const IterationResult& result) con
     growth *= kMostGrowth;
   }
   for (uint32_t c = 0; c < parts.active; ++c) {
-    const PilotResult* other = LastOf(results, c);
+    const PilotResult* other = LastOf(measured, c);
     if (other != nullptr && CompareEfficiency(*own, *other).high * growth < 1) return true;
   }
   return false;
@@ -356,13 +353,6 @@ std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) cons
     parts.entrants.push_back(std::move(entrant));
   }
   if (!parts.entrants[parts.active].state) in.Fail("has no state of the method it goes on with");
-  const auto rendered = in.Get<uint32_t>();
-  for (uint32_t i = 0; i < rendered; ++i) {
-    const auto candidate = in.Get<uint32_t>();
-    const auto work = in.Get<double>();
-    if (candidate >= count || !(work >= 0)) in.Fail("has an iteration of no candidate");
-    parts.history.push_back({candidate, work});
-  }
   const auto results = in.Get<uint32_t>();
   if (results > 2 * count) in.Fail("has more results than a race can have");
   for (uint32_t i = 0; i < results; ++i) {

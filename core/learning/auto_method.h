@@ -20,11 +20,6 @@ namespace lodestar {
 
 class AutoState final : public State {
  public:
-  // An iteration that was rendered.
-  struct Rendered {
-    uint32_t candidate = 0;
-    double work = 0;  // in rays
-  };
   struct Entrant {
     std::shared_ptr<const State> state;    // null: dropped
     uint32_t iterations = 0;               // that it rendered
@@ -34,7 +29,6 @@ class AutoState final : public State {
     uint32_t active = 0;               // the candidate that renders under this state
     bool settled = false;              // the race is over
     std::vector<Entrant> entrants;     // by candidate
-    std::vector<Rendered> history;     // the iterations so far; until the race is over
     std::vector<PilotResult> results;  // in the order they were rendered; once the pilot is over
   };
   explicit AutoState(Parts parts) : parts_(std::move(parts)) {}
@@ -60,8 +54,6 @@ class AutoMethod final : public Method {
   Active ActiveUnder(const std::shared_ptr<const State>& state) const override;
   bool Decided(const State& state) const override;
   std::string Explain(const State& state) const override;
-  // All iterations count: a pilot is no worse than any other film of its variance.
-  Combination combination() const override { return {Combination::Kind::kInverseVariance, 32}; }
 
  private:
   struct Candidate {
@@ -78,11 +70,13 @@ class AutoMethod final : public Method {
   uint64_t OwnPasses(const Parts& parts, uint32_t candidate, uint32_t ahead = 0) const;
   // Passes of the next iteration of its pilot; 0: the pilot is over.
   uint64_t PilotPasses(const Parts& parts, uint32_t candidate) const;
+  using Results = std::vector<PilotResult>;
+  // Of the last two films of each candidate, those that tell a variance.
+  Results Measure(const IterationResult& result) const;
   // The candidate whose pilot comes next; the number of candidates where there is none.
-  uint32_t NextInPilot(const Parts& parts, const IterationResult& result) const;
-  std::vector<PilotResult> Measure(const IterationResult& result, const Parts& parts) const;
+  uint32_t NextInPilot(const Parts& parts, const IterationResult& result, const Results& measured) const;
   // Whether the active candidate, in its pilot, is so far behind another that it will not be ahead at its end.
-  bool Hopeless(const Parts& parts, const IterationResult& result) const;
+  bool Hopeless(const Parts& parts, const Results& measured) const;
   // How much better the candidate's next film may be than its last.
   double Promise(const Parts& parts, uint32_t candidate) const;
   // Sets active, settled and the states that are left.

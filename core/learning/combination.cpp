@@ -1,8 +1,10 @@
 #include "core/learning/combination.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "core/base/check.h"
 #include "core/film/error_metrics.h"
@@ -11,7 +13,7 @@
 namespace lodestar {
 namespace {
 
-using Kind = Method::Combination::Kind;
+using Combination = Method::Combination;
 
 // Each film as a picture. A film of one pass cannot tell its own variance; the mean of the n passes of the others can:
 // the square of what lies between the two has the mean v + w / n, of which n / (n + 1) is v where passes are alike. All
@@ -19,9 +21,9 @@ using Kind = Method::Combination::Kind;
 std::vector<Image> DevelopAll(std::span<const IterationFilm> films) {
   std::vector<Image> images;
   uint64_t passes = 0;
-  for (const auto& [iteration, film] : films) {
-    images.push_back(film.Develop());
-    passes += film.passes();
+  for (const IterationFilm& film : films) {
+    images.push_back(film.film.Develop());
+    passes += film.film.passes();
   }
   std::vector<double> sum;  // of luminance, over all passes
   for (size_t i = 0; i < films.size(); ++i) {
@@ -69,8 +71,7 @@ double MeanRelativeVariance(const Image& image, const PixelEstimate& expected) {
   constexpr double kOutliersLight = 0.25;
   double mean = 0;
   for (size_t i = 0; i < image.size(); ++i) mean += expected.luminance[i] / static_cast<double>(image.size());
-  // As in reports for a picture that is exposed for display, and the same weights whatever the unit of light.
-  const double epsilon = kRelMseEpsilon * mean * mean;
+  const double epsilon = RelativeEpsilon(mean);
   std::vector<double> relative(image.size());
   for (size_t i = 0; i < image.size(); ++i) {
     const double pixel = expected.luminance[i];
@@ -92,39 +93,67 @@ double MeanRelativeVariance(const Image& image, const PixelEstimate& expected) {
   return (trimmed ? kept : kept + outliers) / static_cast<double>(image.size());
 }
 
+// Guides get better as they learn: of one candidate's films none should be noisier per pass than the one before. Where
+// it looks so, the earlier one has hardly met what the later one shows; then both have the mean of what was seen,
+// passes counting alike (isotonic regression by pooling neighbours; Ayer et al. 1955).
+void PoolWhereLaterIsNoisier(std::span<const IterationFilm> films, std::vector<double>* per_pass) {
+  struct Run {
+    double sum = 0, passes = 0;
+    std::vector<size_t> films;
+    double Mean() const { return sum / passes; }
+  };
+  std::map<uint32_t, std::vector<Run>> runs;  // by candidate
+  for (size_t i = 0; i < films.size(); ++i) {
+    const auto n = static_cast<double>(films[i].film.passes());
+    if (n == 0) continue;
+    std::vector<Run>& own = runs[films[i].candidate];
+    own.push_back({(*per_pass)[i] * n, n, {i}});
+    for (; own.size() > 1 && own.back().Mean() > own[own.size() - 2].Mean(); own.pop_back()) {
+      const Run& later = own.back();
+      Run& earlier = own[own.size() - 2];
+      earlier.sum += later.sum;
+      earlier.passes += later.passes;
+      earlier.films.insert(earlier.films.end(), later.films.begin(), later.films.end());
+    }
+  }
+  for (const auto& [candidate, own] : runs) {
+    for (const Run& run : own) {
+      for (const size_t i : run.films) (*per_pass)[i] = run.Mean();
+    }
+  }
+}
+
 std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films, std::span<const Image> images) {
   // What each pixel is expected to have: all passes count alike.
   std::vector<double> by_passes;
   uint64_t passes = 0;
-  for (const auto& [iteration, film] : films) passes += film.passes();
+  for (const IterationFilm& film : films) passes += film.film.passes();
   if (passes == 0) return std::vector<double>(films.size());
-  for (const auto& [iteration, film] : films)
-    by_passes.push_back(static_cast<double>(film.passes()) / static_cast<double>(passes));
+  for (const IterationFilm& film : films)
+    by_passes.push_back(static_cast<double>(film.film.passes()) / static_cast<double>(passes));
   if (std::ranges::find(by_passes, 1.0) != by_passes.end()) return by_passes;
   const PixelEstimate expected = EstimatePixels(WeightedMean(images, by_passes));
 
   std::vector<double> per_pass;
-  double best = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < films.size(); ++i) {
     const auto n = static_cast<double>(films[i].film.passes());
-    const double v = n > 0 ? MeanRelativeVariance(images[i], expected) * n : 0;
-    per_pass.push_back(v);
-    if (v > 0) best = std::min(best, v);
+    per_pass.push_back(n > 0 ? MeanRelativeVariance(images[i], expected) * n : 0);
   }
-  if (!std::isfinite(best)) best = 1;  // nothing varies: passes alone count
+  PoolWhereLaterIsNoisier(films, &per_pass);
+  const double worst = *std::ranges::max_element(per_pass);
   std::vector<double> weights;
   for (size_t i = 0; i < films.size(); ++i)
-    weights.push_back(by_passes[i] * (per_pass[i] == 0 ? 1 : best / per_pass[i]));
+    weights.push_back(by_passes[i] * (per_pass[i] == 0 ? 1 : worst / per_pass[i]));
   return weights;
 }
 
 }  // namespace
 
-CombinedFilms Combine(std::span<const IterationFilm> films, const Method::Combination& combination) {
+CombinedFilms Combine(std::span<const IterationFilm> films, Combination combination) {
   LODESTAR_CHECK(!films.empty());
   CombinedFilms result;
-  result.weights.resize(films.size());
-  if (combination.kind != Kind::kInverseVariance) {
+  if (combination != Combination::kInverseVariance) {
+    result.weights.resize(films.size());
     size_t most = 0;
     for (size_t i = 1; i < films.size(); ++i) {
       if (films[i].film.passes() >= films[most].film.passes()) most = i;
@@ -134,22 +163,40 @@ CombinedFilms Combine(std::span<const IterationFilm> films, const Method::Combin
     result.image = films[most].film.Develop();
     return result;
   }
-  const size_t used = std::min<size_t>(films.size(), std::max(1u, combination.last));
-  const std::span<double> weights = std::span(result.weights).last(used);
-  const std::vector<Image> images = DevelopAll(films.last(used));
-  std::ranges::copy(InverseVarianceWeights(films.last(used), images), weights.begin());
+  const std::vector<Image> images = DevelopAll(films);
+  result.weights = InverseVarianceWeights(films, images);
   double total = 0;
-  for (const double w : weights) total += w;
-  for (double& w : weights) w = total > 0 ? w / total : 0;
-  result.image = WeightedMean(images, weights);
+  for (const double w : result.weights) total += w;
+  for (double& w : result.weights) w = total > 0 ? w / total : 0;
+  result.image = WeightedMean(images, result.weights);
   for (size_t i = 0; i < films.size(); ++i) {
     if (result.weights[i] > 0) result.passes += films[i].film.passes();
   }
   return result;
 }
 
-size_t FilmsToKeep(const Method::Combination& combination) {
-  return combination.kind == Kind::kInverseVariance ? std::max(1u, combination.last) - 1 : 1;
+void MakeRoom(std::vector<IterationFilm>* films, Combination combination, std::span<const double> weights) {
+  LODESTAR_CHECK(weights.size() == films->size());
+  if (films->empty()) return;
+  if (combination != Combination::kInverseVariance) {
+    films->erase(films->begin(), films->end() - 1);
+    return;
+  }
+  std::vector<size_t> own;
+  for (size_t i = 0; i < films->size(); ++i) {
+    if ((*films)[i].candidate == films->back().candidate) own.push_back(i);
+  }
+  constexpr size_t kApart = 2;
+  if (own.size() <= 1 + kApart) return;
+  const size_t a = own[0], b = own[1];
+  std::vector<Image> images = DevelopAll(*films);
+  const double both = weights[a] + weights[b], share = both > 0 ? weights[a] / both : 0;
+  const std::array pair = {std::move(images[a]), std::move(images[b])};
+  IterationFilm &pool = (*films)[a], &next = (*films)[b];
+  pool.film = Film(WeightedMean(pair, std::array{share, 1 - share}), pool.film.passes() + next.film.passes());
+  pool.rays += next.rays;
+  pool.vertices += next.vertices;
+  films->erase(films->begin() + static_cast<std::ptrdiff_t>(b));
 }
 
 }  // namespace lodestar

@@ -18,14 +18,20 @@ struct CombinedFilms {
 // `films` is not empty.
 // - discard, automatic: the film with the most passes alone, the later of equals: the last iteration's, but for the
 // first rounds of a longer one.
-// - inverse variance: of the last `last` films, 1 / mean pixel variance (Mueller 2019, section 10.2), relative to what
-//   the pixels are expected to have, as errors are reported: by the absolute variance a film that is noisy in the dark
-//   would count by its bright parts. A film of one pass is measured against the others. One without any noise (all
-//   black, say) is taken to be as good per pass as the best other, so that a variance of zero never owns the image. The
-//   weights come from the samples they weigh: with a whole image's mean variance behind each, the bias is of the order
-//   of the relative error of that mean, over the number of pixels; tests of means use discard.
-CombinedFilms Combine(std::span<const IterationFilm> films, const Method::Combination& combination);
-// How many of the films so far can still matter once another iteration begins.
-size_t FilmsToKeep(const Method::Combination& combination);
+// - inverse variance: of all films, 1 / mean pixel variance (Mueller 2019, section 10.2), relative to what the pixels
+//   should have, as errors are reported: by the absolute variance a film that is noisy in the dark would count by its
+//   bright parts. Two things are known of a variance beside its samples. Guides get better: a film is at least as noisy
+//   a pass as later ones of its candidate. And a film without any noise has met nothing that varies, no light perhaps:
+//   it counts as the noisiest. A film of one pass is measured against the others. The weights come from the samples
+//   they weigh: with a whole image's mean variance behind each, the bias is of the order of the relative error of that
+//   mean, over the number of pixels; tests of means use discard.
+CombinedFilms Combine(std::span<const IterationFilm> films, Method::Combination combination);
+
+// Makes room for another film after an iteration; `weights` are Combine's.
+// - discard, automatic: the last one stays.
+// - inverse variance: none is lost. Of the candidate that rendered the last one, the last two stay apart, since a race
+//   compares them; those before become one film, their mean by their weights. So there are at most three of each
+//   candidate, however many iterations it has.
+void MakeRoom(std::vector<IterationFilm>* films, Method::Combination combination, std::span<const double> weights);
 
 }  // namespace lodestar

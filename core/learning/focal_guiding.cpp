@@ -36,8 +36,8 @@ MethodEntry FocalMethod::Entry() {
               {"nee", "never | always", "always",
                "next event estimation. Recommended: always, unless no light can be seen from where most paths go"},
               {"combine", "discard | inverse-variance", "inverse-variance",
-               "how iterations become the image: the last alone, which is strictly unbiased, or the last four by their "
-               "variance (recommended)"},
+               "how iterations become the image: the last alone, which is strictly unbiased, or all by their variance "
+               "(recommended)"},
               {"initial-iterations", "an integer from 1 to 30", "6",
                "training iterations that spread a path's light along its segments. The document's value"},
               {"narrowing-iterations", "an integer from 0 to 30", "6",
@@ -66,13 +66,12 @@ MethodEntry FocalMethod::Entry() {
 }
 
 FocalMethod::FocalMethod(const JobSpec& job, const Survey& survey) : bounds_(survey.bounds) {
-  using Kind = Combination::Kind;
   const MethodEntry entry = Entry();
   const MethodOptions given(entry.name, entry.options, job.options);
   FocalOptions& field = options_.field;
   options_.nee = given.Choice<NeeMode>("nee", {{"never", NeeMode::kNever}, {"always", NeeMode::kAlways}});
-  options_.combination.kind =
-      given.Choice<Kind>("combine", {{"discard", Kind::kDiscard}, {"inverse-variance", Kind::kInverseVariance}});
+  options_.combination = given.Choice<Combination>(
+      "combine", {{"discard", Combination::kDiscard}, {"inverse-variance", Combination::kInverseVariance}});
   field.initial_iterations = given.Integer("initial-iterations", 1, 30);
   field.narrowing_iterations = given.Integer("narrowing-iterations", 0, 30);
   field.narrow_factor = static_cast<float>(given.Number("narrow-factor", 0.25, 8));

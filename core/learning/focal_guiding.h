@@ -28,7 +28,7 @@ class FocalMethod final : public Method {
   struct Options {
     FocalOptions field;
     NeeMode nee = NeeMode::kAlways;
-    Combination combination;
+    Combination combination = Combination::kInverseVariance;
     uint64_t passes = 1;  // of a training iteration
   };
   // Throws Error(kInvalidInput) for options it does not have or values they cannot take.

@@ -13,7 +13,7 @@ namespace {
 
 using Sampling = GridRules::Sampling;
 
-constexpr uint64_t kMostSteps = 16;     // where their number is not given; and films of steps that are kept
+constexpr uint64_t kMostSteps = 16;     // where their number is not given
 constexpr uint64_t kTrainingShare = 4;  // and the part of the samples per pixel that they may take, at most
 
 const GridState& AsGrid(const std::shared_ptr<const State>& state) {
@@ -37,8 +37,8 @@ MethodEntry GridMethod::Entry() {
           {"nee", "never | always", "always",
            "next event estimation. Recommended: always, unless no light can be seen from where most paths go"},
           {"combine", "discard | inverse-variance", "inverse-variance",
-           "how iterations become the image: the last alone, which is strictly unbiased, or that and the steps before "
-           "it, sixteen at most, by their variance (recommended)"},
+           "how iterations become the image: the last alone, which is strictly unbiased, or all by their variance "
+           "(recommended)"},
           {"learn", "monte-carlo | sarsa | expected-sarsa", "expected-sarsa",
            "what the table learns from a path: what the rest of it brought; or the next hit's light and what the "
            "table says of its next direction (the document's choice); or of its whole hemisphere (recommended: here "
@@ -73,12 +73,11 @@ MethodEntry GridMethod::Entry() {
 }
 
 GridMethod::GridMethod(const JobSpec& job, const Survey& survey) : bounds_(survey.bounds) {
-  using Kind = Combination::Kind;
   const MethodEntry entry = Entry();
   const MethodOptions given(entry.name, entry.options, job.options);
   options_.nee = given.Choice<NeeMode>("nee", {{"never", NeeMode::kNever}, {"always", NeeMode::kAlways}});
-  options_.combination.kind =
-      given.Choice<Kind>("combine", {{"discard", Kind::kDiscard}, {"inverse-variance", Kind::kInverseVariance}});
+  options_.combination = given.Choice<Combination>(
+      "combine", {{"discard", Combination::kDiscard}, {"inverse-variance", Combination::kInverseVariance}});
   options_.learn = given.Choice<Learn>(
       "learn",
       {{"monte-carlo", Learn::kMonteCarlo}, {"sarsa", Learn::kSarsa}, {"expected-sarsa", Learn::kExpectedSarsa}});
@@ -104,13 +103,6 @@ GridMethod::GridMethod(const JobSpec& job, const Survey& survey) : bounds_(surve
   options_.batch = static_cast<uint64_t>(given.Integer("batch", 1, 4096));
   options_.steps = given.Text("steps") == "auto" ? AutomaticSteps(job, options_.batch)
                                                  : static_cast<uint32_t>(given.Integer("steps", 0, 100000));
-  // Steps have the same number of passes each, unlike iterations that double: the last four would leave most out.
-  // Of large pictures fewer are kept, by what they take.
-  constexpr uint64_t kMostFilmBytes = uint64_t{1} << 29, kBytesOfAPixel = 4 * sizeof(double);
-  const uint64_t pixels = std::max<uint64_t>(1, uint64_t{survey.resolution_x} * survey.resolution_y);
-  const uint64_t room = std::max<uint64_t>(3, kMostFilmBytes / (kBytesOfAPixel * pixels));
-  options_.combination.last =
-      static_cast<uint32_t>(std::min({uint64_t{options_.steps}, uint64_t{kMostSteps}, room})) + 1;
 }
 
 std::shared_ptr<const State> GridMethod::Initial() const {

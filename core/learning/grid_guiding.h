@@ -35,7 +35,7 @@ class GridMethod final : public Method {
     GridRules rules;
     Learn learn = Learn::kExpectedSarsa;
     NeeMode nee = NeeMode::kAlways;
-    Combination combination;
+    Combination combination = Combination::kInverseVariance;
     float bsdf_fraction = 0.5f;
     uint32_t exploration = 1;  // steps that are not guided yet
     uint64_t batch = 8;        // passes of a step

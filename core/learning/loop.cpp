@@ -136,6 +136,8 @@ void Loop::AddRound(const Round& round, Contribution contribution) {
   IterationFilm& current = films_.back();
   for (const FilmTile& tile : contribution.tiles) current.film.Add(grid_, tile);
   current.film.AddPasses(round.passes);
+  current.rays += contribution.rays;
+  current.vertices += contribution.vertices;
   if (contribution.statistics) {
     LODESTAR_CHECK(round.record);
     contribution.statistics->AddHealth(&report_.health);
@@ -207,11 +209,10 @@ bool Loop::EndsTraining(uint32_t next) const {
   if (job_.budget.seconds > 0 && predicted_end > job_.budget.seconds / 2) return true;
 
   if (job_.budget.error > 0 && std::isfinite(error_)) {
-    const uint64_t combined = Combine(films_, method_->combination()).passes;
-    const double needed = static_cast<double>(combined) * error_ / job_.budget.error;
+    const double needed = static_cast<double>(combined_->passes) * error_ / job_.budget.error;
     if (needed < static_cast<double>(two_doublings)) return true;
   }
-  if (method_->combination().kind == Method::Combination::Kind::kAutomatic && iteration_ >= kMinIterationForAutomatic &&
+  if (method_->combination() == Method::Combination::kAutomatic && iteration_ >= kMinIterationForAutomatic &&
       previous_prediction_ > 0) {
     return PredictedVariance() >= previous_prediction_;
   }
@@ -234,15 +235,14 @@ double Loop::PredictedVariance() const {
 
 void Loop::Advance(const Clock& clock) {
   const Clock::Duration start = clock.Now();
-  const Image image = developed_ ? *std::exchange(developed_, std::nullopt) : Develop();
+  if (!combined_) combined_ = Combine(films_, method_->combination());  // restored from a checkpoint
   state_ = method_->Advance(state_, {.statistics = learned_.get(),
                                      .iteration = iteration_,
                                      .passes = iteration_passes_,
-                                     .image = &image,
+                                     .image = &combined_->image,
                                      .films = films_,
-                                     .rays = report_.rays - rays_before_,
-                                     .vertices = report_.vertices - vertices_before_,
                                      .last = next_is_final_});
+  MakeRoom(&films_, method_->combination(), combined_->weights);
   ++iteration_;
   final_iteration_ = next_is_final_ || method_->Decided(*state_);
   BeginIteration();
@@ -252,15 +252,12 @@ void Loop::Advance(const Clock& clock) {
 }
 
 void Loop::BeginIteration() {
-  const size_t keep = FilmsToKeep(method_->combination());
-  if (films_.size() > keep) films_.erase(films_.begin(), films_.end() - static_cast<std::ptrdiff_t>(keep));
-  films_.push_back({iteration_, Film(grid_)});
+  films_.push_back({iteration_, Film(grid_), method_->ActiveUnder(state_).candidate});
   learned_.reset();
+  combined_.reset();
   round_ = 0;
   iteration_passes_ = 0;
   iteration_seconds_ = 0;
-  rays_before_ = report_.rays;
-  vertices_before_ = report_.vertices;
   iteration_complete_ = next_is_final_ = false;
 }
 
@@ -271,17 +268,17 @@ Image Loop::Develop() const {
 }
 
 void Loop::Measure(const Image* reference) {
-  auto [weights, image, passes] = Combine(films_, method_->combination());
-  error_ = passes >= 2 ? EstimateError(image).relmse_trimmed : kUnknown;
+  CombinedFilms combined = Combine(films_, method_->combination());
+  error_ = combined.passes >= 2 ? EstimateError(combined.image).relmse_trimmed : kUnknown;
   ErrorPoint point;
   point.seconds = seconds_;
   point.spp = passes_;
   point.iteration = iteration_;
   point.relmse_estimated = error_;
-  if (reference != nullptr) point.against_reference = Compare(image, *reference);
+  if (reference != nullptr) point.against_reference = Compare(combined.image, *reference);
   report_.points.push_back(std::move(point));
   if (report_.points.size() > kMaxPoints) ThinOut(&report_.points);
-  if (iteration_complete_) developed_ = std::move(image);
+  if (iteration_complete_) combined_ = std::move(combined);
 }
 
 JobProgress Loop::Progress(double seconds_per_pass) const {

@@ -132,12 +132,11 @@ class Loop {
   TileGrid grid_;
   std::unique_ptr<Method> method_;
   std::shared_ptr<const State> state_;
-  std::vector<IterationFilm> films_;     // those that still can enter the image; the last is the current iteration's
-  std::unique_ptr<Statistics> learned_;  // of the current iteration, rounds merged
-  std::optional<Image> developed_;       // at an iteration's end, as measured: for the advance
+  std::vector<IterationFilm> films_;       // those that still can enter the image; the last is the current iteration's
+  std::unique_ptr<Statistics> learned_;    // of the current iteration, rounds merged
+  std::optional<CombinedFilms> combined_;  // at an iteration's end, as measured: for what is decided there
   uint32_t iteration_ = 0, round_ = 0;
   uint64_t iteration_passes_ = 0, passes_ = 0;
-  uint64_t rays_before_ = 0, vertices_before_ = 0;  // this iteration
   bool final_iteration_ = false;
   bool iteration_complete_ = false;  // the advance comes next, and next_is_final_ is decided
   bool next_is_final_ = false, finished_ = false;

@@ -7,7 +7,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = DocumentMagic("LDCP"), kVersion = 3;
+constexpr uint32_t kMagic = DocumentMagic("LDCP"), kVersion = 4;
 constexpr const char* kWhat = "checkpoint";
 
 void WritePoint(ByteWriter& out, const ErrorPoint& point) {
@@ -52,9 +52,12 @@ class LoopCheckpoint {
     out.PutString(loop.state_->Serialize());
     WritePosition(out, loop);
     out.Put<uint64_t>(loop.films_.size());
-    for (const auto& [iteration, film] : loop.films_) {
-      out.Put(iteration);
-      film.Write(out);
+    for (const IterationFilm& film : loop.films_) {
+      out.Put(film.iteration);
+      out.Put(film.candidate);
+      out.Put(film.rays);
+      out.Put(film.vertices);
+      film.film.Write(out);
     }
     out.Put<uint8_t>(loop.learned_ ? 1 : 0);
     if (loop.learned_) out.PutString(loop.learned_->Serialize());
@@ -83,8 +86,6 @@ class LoopCheckpoint {
     out.Put(loop.round_);
     out.Put(loop.iteration_passes_);
     out.Put(loop.passes_);
-    out.Put(loop.rays_before_);
-    out.Put(loop.vertices_before_);
     for (const bool flag : {loop.final_iteration_, loop.iteration_complete_, loop.next_is_final_, loop.finished_})
       out.Put<uint8_t>(flag ? 1 : 0);
     for (const double value : {loop.seconds_, loop.seconds_learning_, loop.iteration_seconds_,
@@ -98,8 +99,6 @@ class LoopCheckpoint {
     loop->round_ = in.Get<uint32_t>();
     loop->iteration_passes_ = in.Get<uint64_t>();
     loop->passes_ = in.Get<uint64_t>();
-    loop->rays_before_ = in.Get<uint64_t>();
-    loop->vertices_before_ = in.Get<uint64_t>();
     for (bool* flag : {&loop->final_iteration_, &loop->iteration_complete_, &loop->next_is_final_, &loop->finished_})
       *flag = in.GetFlag();
     for (double* value : {&loop->seconds_, &loop->seconds_learning_, &loop->iteration_seconds_,
@@ -121,17 +120,20 @@ class LoopCheckpoint {
   static void ReadFilms(ByteReader& in, Loop* loop) {
     loop->films_.clear();
     const auto count = in.Get<uint64_t>();
-    if (count == 0 || count > FilmsToKeep(loop->method_->combination()) + 1)
-      in.Fail("has a number of films that its method cannot have");
+    if (count == 0 || count > uint64_t{loop->iteration_} + 1) in.Fail("has a number of films that its job cannot have");
     for (uint64_t i = 0; i < count; ++i) {
       IterationFilm film;
       film.iteration = in.Get<uint32_t>();
+      film.candidate = in.Get<uint32_t>();
+      film.rays = in.Get<uint64_t>();
+      film.vertices = in.Get<uint64_t>();
       film.film = Film::Read(in);
       if (film.film.width() != loop->grid_.width() || film.film.height() != loop->grid_.height())
         in.Fail("has a film of another size than its job's");
       loop->films_.push_back(std::move(film));
     }
     if (loop->films_.back().iteration != loop->iteration_ ||
+        loop->films_.back().candidate != loop->method_->ActiveUnder(loop->state_).candidate ||
         loop->films_.back().film.passes() != loop->iteration_passes_) {
       in.Fail("has a last film that is not the current iteration's");
     }

@@ -50,9 +50,12 @@ struct Contribution {
   void Merge(Contribution&& other);
 };
 
+// What an iteration rendered, or several iterations of one candidate (combination.h); then `iteration` is the first.
 struct IterationFilm {
   uint32_t iteration = 0;
   Film film;
+  uint32_t candidate = 0;           // who rendered it: Method::Active's
+  uint64_t rays = 0, vertices = 0;  // what it cost
 };
 
 // What an iteration leaves behind, for Method::Advance.
@@ -62,7 +65,6 @@ struct IterationResult {
   uint64_t passes = 0;                        // of this iteration
   const Image* image = nullptr;               // the job's image so far; null where there is none
   std::span<const IterationFilm> films = {};  // those it is made of; this iteration's is the last
-  uint64_t rays = 0, vertices = 0;            // of this iteration
   bool last = false;                          // training ends here: the state to come renders the rest of the job
 };
 
@@ -89,6 +91,7 @@ class Method {
   struct Active {
     const Method* method;
     std::shared_ptr<const State> state;
+    uint32_t candidate = 0;  // its number among those that are chosen from
   };
   virtual Active ActiveUnder(const std::shared_ptr<const State>& state) const { return {this, state}; }
 
@@ -102,11 +105,9 @@ class Method {
   // options; empty where there is nothing to say.
   virtual std::string Explain(const State& state) const { return {}; }
 
-  struct Combination {
-    enum class Kind { kDiscard, kAutomatic, kInverseVariance } kind = Kind::kInverseVariance;
-    uint32_t last = 4;  // iterations that enter the image
-  };
-  virtual Combination combination() const { return {}; }
+  // How the films of iterations become the image (combination.h).
+  enum class Combination { kDiscard, kAutomatic, kInverseVariance };
+  virtual Combination combination() const { return Combination::kInverseVariance; }
   // Iterations to train where the method's own options fix them; -1: the loop decides (JobSpec::training_iterations
   // comes first).
   virtual int TrainingIterations() const { return -1; }

@@ -104,7 +104,6 @@ MethodEntry MixedMethod::Entry() {
     if (!OfTree(option.name)) continue;
     // Iterations have other lengths here.
     if (option.name == "target") option.help = "as for sdtree, but switching is full from the fifth iteration on";
-    if (option.name == "combine") option.help = "as for sdtree, but the last eight by their variance";
     if (option.name == "training") option.help = "as for sdtree, but iteration k has about 2^(k/2) passes";
     entry.options.push_back(option);
   }

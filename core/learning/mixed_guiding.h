@@ -55,12 +55,7 @@ class MixedMethod final : public Method {
   std::shared_ptr<const State> Advance(const std::shared_ptr<const State>& state,
                                        const IterationResult& result) const override;
   uint64_t IterationPasses(const State& state, uint32_t iteration) const override;
-  // Twice as many iterations as of the tree alone, since they grow half as fast.
-  Combination combination() const override {
-    Combination combination = tree_.combination();
-    combination.last *= 2;
-    return combination;
-  }
+  Combination combination() const override { return tree_.combination(); }
   int TrainingIterations() const override { return tree_.TrainingIterations(); }
 
  private:

@@ -27,7 +27,7 @@ class PathMethod final : public Method {
     return state;
   }
   uint64_t IterationPasses(const State&, uint32_t) const override { return 0; }
-  Combination combination() const override { return {Combination::Kind::kDiscard, 1}; }
+  Combination combination() const override { return Combination::kDiscard; }
 
  private:
   Options options_;

@@ -73,7 +73,7 @@ Yardstick::Yardstick(const Image& image) : pixels_(EstimatePixels(image)) {
     mean += blocks_[block] / static_cast<double>(image.size());
     blocks_[block] /= pixels[block];
   }
-  epsilon_ = mean > 0 ? kRelMseEpsilon * mean * mean : kRelMseEpsilon;
+  epsilon_ = RelativeEpsilon(mean);
 }
 
 PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, const Yardstick& yardstick) {

@@ -22,8 +22,7 @@ class Yardstick {
   const PixelEstimate& pixels() const { return pixels_; }
   // Mean luminance of the image in each block; a block is a 64th of the image (an eighth of each side).
   const std::vector<double>& blocks() const { return blocks_; }
-  // What is added to squares of luminance, as in reports for a picture that is exposed for display: a hundredth of the
-  // squared mean, so that the unit of light does not matter. Above zero.
+  // What is added to squares of luminance: RelativeEpsilon of the image.
   double epsilon() const { return epsilon_; }
 
  private:

@@ -43,7 +43,7 @@ class SdTreeMethod final : public Method {
     bool learn_lights = true;  // which lights to sample, per leaf; else by power
     bool product = false;      // guide by tree times BSDF
     Roulette roulette = Roulette::kPixel;
-    Combination combination;
+    Combination combination = Combination::kInverseVariance;
     int training = -1;  // iterations; -1: decided by the budget
   };
   // Throws Error(kInvalidInput) for options it does not have or values they cannot take.

@@ -7,7 +7,6 @@ namespace {
 
 // The papers' settings; NEE and combination of 2017 are those of its main results (no light sampling, automatic).
 SdTreeMethod::Options Preset(const MethodOptions& given) {
-  using Kind = Method::Combination::Kind;
   enum class Name { kDefault, k2017, k2019 };
   SdTreeMethod::Options options;
   switch (given.Choice<Name>("preset", {{"default", Name::kDefault}, {"2017", Name::k2017}, {"2019", Name::k2019}})) {
@@ -16,7 +15,7 @@ SdTreeMethod::Options Preset(const MethodOptions& given) {
       options.nee = NeeMode::kNever;
       options.learn_lights = false;
       options.roulette = Roulette::kThroughput;
-      options.combination.kind = Kind::kAutomatic;
+      options.combination = Method::Combination::kAutomatic;
       break;
     case Name::k2019:
       options.tree = SdTreeOptions::Paper2019();
@@ -82,9 +81,8 @@ MethodEntry SdTreeMethod::Entry() {
            "Default pixel (recommended); 2017 and 2019 throughput"},
           {"combine", "discard | automatic | inverse-variance", preset,
            "how iterations become the image: the longest alone; the same, and training stops once the predicted "
-           "final variance stops falling; the "
-           "last four by their variance. Default and 2019 inverse-variance (recommended), 2017 automatic; discard "
-           "is strictly unbiased"},
+           "final variance stops falling; all by their variance. Default and 2019 inverse-variance (recommended), 2017 "
+           "automatic; discard is strictly unbiased"},
           {"spatial-filter", "nearest | stochastic | box", preset,
            "which spatial leaves a record goes to. Default and 2019 stochastic (recommended), 2017 nearest; box is "
            "smoothest and slowest"},
@@ -108,7 +106,6 @@ MethodEntry SdTreeMethod::Entry() {
 
 SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
     : bounds_(survey.bounds), resolution_x_(survey.resolution_x), resolution_y_(survey.resolution_y) {
-  using Kind = Combination::Kind;
   using Tree = SdTreeOptions;
   const MethodEntry entry = Entry();
   const MethodOptions given(entry.name, entry.options, job.options);
@@ -155,9 +152,9 @@ SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
                                                             {"pixel", Roulette::kPixel}});
   }
   if (given.Has("combine")) {
-    options_.combination.kind = given.Choice<Kind>(
-        "combine",
-        {{"discard", Kind::kDiscard}, {"automatic", Kind::kAutomatic}, {"inverse-variance", Kind::kInverseVariance}});
+    options_.combination = given.Choice<Combination>("combine", {{"discard", Combination::kDiscard},
+                                                                 {"automatic", Combination::kAutomatic},
+                                                                 {"inverse-variance", Combination::kInverseVariance}});
   }
   if (given.Has("spatial-filter")) {
     tree.spatial_filter =

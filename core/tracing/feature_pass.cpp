@@ -110,8 +110,9 @@ std::optional<SurfaceHit> FirstSmoothSurface(const Scene& scene, const CameraRay
 }
 
 SharesAt SharesOf(const Scene& scene, const Method& job_method, const std::shared_ptr<const State>& job_state) {
-  const auto [active, state] = job_method.ActiveUnder(job_state);
-  const Method& method = *active;
+  const Method::Active active = job_method.ActiveUnder(job_state);
+  const Method& method = *active.method;
+  const std::shared_ptr<const State>& state = active.state;
   if (const auto* path = dynamic_cast<const PathMethod*>(&method)) {
     const float nee = path->options().nee == NeeMode::kAlways && scene.has_lights() ? 1.0f : 0.0f;
     return [nee](const SurfaceHit&) { return TechniqueShares{1, nee}; };

@@ -46,8 +46,9 @@ CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job) 
 
 std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& job_method,
                                       std::shared_ptr<const State> job_state) {
-  auto [active, state] = job_method.ActiveUnder(job_state);
-  const Method& method = *active;
+  Method::Active active = job_method.ActiveUnder(job_state);
+  const Method& method = *active.method;
+  std::shared_ptr<const State>& state = active.state;
   PathSettings settings;
   settings.max_depth = scene->max_depth();
   if (const auto* path = dynamic_cast<const PathMethod*>(&method)) {

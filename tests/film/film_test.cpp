@@ -85,6 +85,17 @@ TEST(Film, OverflowingSumsStayFinite) {
   EXPECT_EQ(sum.luminance_squared, std::numeric_limits<float>::max());
 }
 
+TEST(Film, OfAnImageDevelopsIntoIt) {
+  const Image image = {2, 1, {Rgb(0.3f, 2, 0.01f), Rgb(0)}, {1e-4f, 7}};
+  const Film film(image, 12);
+  EXPECT_EQ(film.passes(), 12u);
+  const Image again = film.Develop();
+  for (size_t p = 0; p < 2; ++p) {
+    for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(again.pixels[p][c], image.pixels[p][c]);
+    EXPECT_FLOAT_EQ(again.variance[p], image.variance[p]);
+  }
+}
+
 TEST(Film, FireflyDoesNotOwnTheMeanVariance) {
   const TileGrid grid(16, 16);
   Film film(grid);

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/learning/auto_method.h"
+#include "core/learning/combination.h"
 #include "core/math/sampler.h"
 #include "tests/learning/synthetic.h"
 
@@ -161,22 +162,20 @@ class Driver {
   const State& state() const { return *state_; }
   std::string active() const { return std::string(method_->ActiveUnder(state_).method->name()); }
   bool settled() const { return dynamic_cast<const AutoState&>(*state_).parts().settled; }
+  uint32_t iterations() const { return iteration_; }
+  const std::vector<IterationFilm>& films() const { return films_; }
   uint64_t passes() const { return method_->IterationPasses(*state_, iteration_); }
   // Renders the next iteration, its samples of the given variance; false once the method has decided.
   bool Step(double variance, bool last = false) {
     if (method_->Decided(*state_)) return false;
-    const uint64_t rendered = passes();
-    films_.push_back({iteration_, NoisyFilm(std::min<uint64_t>(rendered, 32), variance, 77 + iteration_)});
-    const Image image = OnesImage();
+    const uint64_t rendered = passes(), counted = std::min<uint64_t>(rendered, 32);
     // Every pass costs a hundred rays and no vertices, whoever renders it.
-    const uint64_t counted = films_.back().film.passes();
-    state_ = method_->Advance(state_, {.iteration = iteration_,
-                                       .passes = rendered,
-                                       .image = &image,
-                                       .films = films_,
-                                       .rays = 100 * counted,
-                                       .vertices = 0,
-                                       .last = last});
+    films_.push_back({iteration_, NoisyFilm(counted, variance, 77 + iteration_), method_->ActiveUnder(state_).candidate,
+                      100 * counted, 0});
+    const Image image = OnesImage();
+    state_ = method_->Advance(
+        state_, {.iteration = iteration_, .passes = rendered, .image = &image, .films = films_, .last = last});
+    MakeRoom(&films_, method_->combination(), Combine(films_, method_->combination()).weights);
     ++iteration_;
     return true;
   }
@@ -272,6 +271,16 @@ TEST(Auto, FocalGuidingRacesWherePathTracingHardlyFindsTheLight) {
   dark.Race({{"path", 9000}, {"sdtree", 6000}, {"focal", 50}});
   EXPECT_EQ(dark.active(), "focal");
   EXPECT_FALSE(dark.method().Decided(dark.state()));
+}
+
+// A small picture and many candidates: more than forty iterations in the pilots, and who came first is still compared.
+TEST(Auto, ARaceOfManyIterationsForgetsNobody) {
+  Driver driver("path,sdtree,product,grid,focal", 40, 24);
+  driver.Race({{"path", 2000}, {"sdtree", 1000}, {"grid", 1000}, {"focal", 1000}});
+  EXPECT_GT(driver.iterations(), 40u);
+  EXPECT_LE(driver.films().size(), 5u * 3);
+  const std::string text = driver.method().Explain(driver.state());
+  EXPECT_EQ(text.find("not "), std::string::npos) << text;  // neither "not measured" nor "not tried"
 }
 
 TEST(Auto, LosersStopEarly) {

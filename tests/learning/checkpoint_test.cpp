@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "core/base/error.h"
 #include "core/learning/loop.h"
 #include "core/learning/sealed_bytes.h"
@@ -99,12 +101,14 @@ TEST(Checkpoint, ForgedContentDoesNotCrash) {
   test::Result unused;
   const std::vector<Bytes> checkpoints = CheckpointsOf(JobOf("sdtree", "inverse-variance"), &unused);
   const Bytes& bytes = checkpoints[7];
+  uint32_t version;
+  std::memcpy(&version, bytes.data() + sizeof(uint32_t), sizeof version);
   test::Random random(5);
-  int refused = 0;
+  int refused = 0, read = 0;
   for (int i = 0; i < 400; ++i) {
     // Most of the bytes are film sums, where a change is a value like another; the rest is what matters here.
     const size_t at = 8 + random.Next() % (i % 2 == 0 ? 1500 : bytes.size() - 16);
-    ByteWriter forged = OpenDocument(DocumentMagic("LDCP"), 1);
+    ByteWriter forged = OpenDocument(DocumentMagic("LDCP"), version);
     Bytes content = bytes.substr(8, bytes.size() - 16);
     content[(at - 8) % content.size()] = static_cast<char>(random.Next());
     for (const char c : content) forged.Put(c);
@@ -112,11 +116,13 @@ TEST(Checkpoint, ForgedContentDoesNotCrash) {
       const auto loop = Loop::Restore(Seal(std::move(forged)));
       if (!loop->finished()) loop->NextRound();
       loop->Develop();
+      ++read;
     } catch (const Error&) {
       ++refused;
     }
   }
   EXPECT_GT(refused, 50);
+  EXPECT_GT(read, 50);
 }
 
 }  // namespace

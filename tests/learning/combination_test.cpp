@@ -7,8 +7,8 @@
 namespace lodestar {
 namespace {
 
-using Kind = Method::Combination::Kind;
-constexpr Method::Combination kInverse{Kind::kInverseVariance, 4}, kDiscard{Kind::kDiscard, 4};
+constexpr auto kInverse = Method::Combination::kInverseVariance, kDiscard = Method::Combination::kDiscard,
+               kAutomatic = Method::Combination::kAutomatic;
 
 // A 4x4 film of `passes` passes of mean 1, half of them 1 + spread and half 1 - spread.
 IterationFilm FilmOf(uint32_t iteration, uint32_t passes, float spread, float mean = 1) {
@@ -30,7 +30,7 @@ TEST(Combination, DiscardTakesTheLongestAlone) {
   EXPECT_EQ(Combine(films, kDiscard).weights, (std::vector<double>{1, 0}));  // the new one has just begun
   films[1] = FilmOf(5, 16, 1);
   EXPECT_EQ(Combine(films, kDiscard).weights, (std::vector<double>{0, 1}));
-  EXPECT_EQ(Combine(films, {Kind::kAutomatic, 4}).weights, (std::vector<double>{0, 1}));
+  EXPECT_EQ(Combine(films, kAutomatic).weights, (std::vector<double>{0, 1}));
   EXPECT_EQ(Combine(films, kDiscard).passes, 16u);
 }
 
@@ -52,7 +52,7 @@ TEST(Combination, NoiseInTheDarkCountsMore) {
   const TileGrid grid(4, 4);
   std::vector<IterationFilm> films;
   for (const bool noisy_dark : {false, true}) {
-    films.push_back({noisy_dark ? 1u : 0u, Film(grid)});
+    films.push_back({noisy_dark ? 1u : 0u, Film(grid), noisy_dark ? 1u : 0u});
     FilmTile tile{0, std::vector<PixelSum>(16)};
     for (size_t p = 0; p < 16; ++p) {
       const bool dark = p % 4 < 2;
@@ -66,12 +66,19 @@ TEST(Combination, NoiseInTheDarkCountsMore) {
   EXPECT_GT(w[0], 2 * w[1]);  // by the absolute variance they would count alike
 }
 
-TEST(Combination, OnlyTheLastFourCount) {
-  std::vector<IterationFilm> films;
-  for (uint32_t i = 0; i < 6; ++i) films.push_back(FilmOf(i, 8, 1));
-  EXPECT_EQ(Combine(films, kInverse).weights, (std::vector<double>{0, 0, 0.25, 0.25, 0.25, 0.25}));
-  EXPECT_EQ(FilmsToKeep(kInverse), 3u);
-  EXPECT_EQ(FilmsToKeep(kDiscard), 1u);
+// An iteration of few passes that has not met what the next one shows: both are as noisy as the two together, a pass.
+TEST(Combination, OfOneCandidateNoFilmIsBetterThanALaterOne) {
+  const auto weights = [](float first, float second, uint32_t candidate) {
+    std::vector<IterationFilm> films = {FilmOf(0, 2, 2), FilmOf(1, 4, first), FilmOf(2, 12, second)};
+    films[2].candidate = candidate;
+    return Combine(films, kInverse).weights;
+  };
+  const std::vector<double> missed = weights(0.1f, 1, 0);
+  EXPECT_NEAR(missed[1] / missed[2], 4.0 / 12, 1e-9);
+  EXPECT_LT(missed[0] / missed[1], 0.5 * 2 / 4);  // who is known to be noisier stays so
+  const std::vector<double> learned = weights(1, 0.5f, 0);
+  EXPECT_NEAR(learned[1] / learned[2], (0.25 / 11) / (1.0 / 3), 1e-4);
+  EXPECT_GT(weights(0.1f, 1, 1)[1], 0.9);  // of another candidate nothing follows
 }
 
 TEST(Combination, ZeroVarianceDoesNotOwnTheImage) {
@@ -80,6 +87,9 @@ TEST(Combination, ZeroVarianceDoesNotOwnTheImage) {
   films.push_back(FilmOf(1, 30, 1));
   const std::vector<double> w = Combine(films, kInverse).weights;
   EXPECT_NEAR(w[0], 2.0 / 32, 1e-9);  // as good per pass as the other, not infinitely good
+  films.push_back(FilmOf(2, 30, 0.1f));
+  const std::vector<double> three = Combine(films, kInverse).weights;
+  EXPECT_NEAR(three[0] / three[1], 2.0 / 30, 1e-9);  // of two others, the worse
 }
 
 // All of its light in the few pixels that reports leave out: without them it would be free of noise.
@@ -166,10 +176,58 @@ TEST(Combination, TheUnitOfLightDoesNotMatter) {
   }
 }
 
+// Iterations of two candidates, as the loop goes through them: what becomes one film weighs as it did apart, so the
+// image is that of all films, and there are never more than three of a candidate.
+TEST(Combination, NoFilmIsLostAndFewAreKept) {
+  struct Step {
+    uint32_t candidate, passes;
+    float spread;
+  };
+  const std::vector<Step> steps = {{0, 4, 1.5f},  {1, 1, 2},     {1, 2, 1.8f}, {1, 4, 1.2f}, {1, 8, 1},
+                                   {1, 16, 0.9f}, {1, 16, 0.8f}, {0, 8, 1.5f}, {1, 8, 0.5f}, {1, 8, 0.4f}};
+  std::vector<IterationFilm> all, kept;
+  uint64_t passes = 0;
+  for (uint32_t i = 0; i < steps.size(); ++i) {
+    if (!kept.empty()) MakeRoom(&kept, kInverse, Combine(kept, kInverse).weights);
+    IterationFilm film = NoisyFilm(i, steps[i].passes, steps[i].spread);
+    film.candidate = steps[i].candidate;
+    film.rays = film.vertices = steps[i].passes;
+    passes += steps[i].passes;
+    all.push_back(film);
+    kept.push_back(film);
+    EXPECT_LE(std::ranges::count(kept, 1u, &IterationFilm::candidate), 4);  // three, and the one that is rendered
+  }
+  ASSERT_EQ(kept.size(), 6u);
+  const uint64_t pooled = 1 + 2 + 4 + 8 + 16;
+  EXPECT_EQ(kept[1].film.passes(), pooled);
+  EXPECT_EQ(kept[1].rays, pooled);
+  EXPECT_EQ(kept[1].vertices, pooled);
+  EXPECT_TRUE(std::ranges::is_sorted(kept, {}, &IterationFilm::iteration));
+
+  const auto few = Combine(kept, kInverse), many = Combine(all, kInverse);
+  EXPECT_EQ(few.passes, passes);
+  double weight = 0;
+  for (size_t i = 1; i <= 5; ++i) weight += many.weights[i];
+  EXPECT_NEAR(few.weights[1] / weight, 1, 0.02);
+  for (size_t p = 0; p < few.image.size(); ++p) {
+    EXPECT_NEAR(few.image.pixels[p].g, many.image.pixels[p].g, 0.003);
+    EXPECT_NEAR(few.image.variance[p] / many.image.variance[p], 1, 0.02);
+  }
+}
+
+TEST(Combination, OnlyTheLastFilmIsKeptWhereOthersAreDiscarded) {
+  for (const auto combination : {kDiscard, kAutomatic}) {
+    std::vector<IterationFilm> films = {FilmOf(3, 8, 1), FilmOf(4, 16, 1)};
+    MakeRoom(&films, combination, Combine(films, combination).weights);
+    ASSERT_EQ(films.size(), 1u);
+    EXPECT_EQ(films[0].iteration, 4u);
+  }
+}
+
 TEST(Combination, NothingRenderedIsBlack) {
   std::vector<IterationFilm> films;
   films.push_back({0, Film(TileGrid(4, 4))});
-  for (const auto& combination : {kInverse, kDiscard}) {
+  for (const auto combination : {kInverse, kDiscard}) {
     const auto [w, image, passes] = Combine(films, combination);
     EXPECT_EQ(w, (std::vector<double>{0}));
     EXPECT_EQ(image.pixels[0], Rgb(0));

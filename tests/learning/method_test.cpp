@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
-#include "core/learning/combination.h"
 #include "core/learning/grid_guiding.h"
 #include "core/learning/method_options.h"
 #include "core/learning/path_tracing.h"
@@ -15,7 +14,7 @@ namespace lodestar {
 namespace {
 
 using test::SyntheticSurvey;
-using Kind = Method::Combination::Kind;
+using Combination = Method::Combination;
 
 SdTreeMethod::Options Parse(std::map<std::string, std::string> options) {
   JobSpec job;
@@ -97,11 +96,11 @@ TEST(Registry, EveryDocumentedChoiceIsTaken) {
 TEST(SdTreeMethod, PresetsAndOverrides) {
   EXPECT_EQ(Parse({}).tree, SdTreeOptions::Recommended());
   EXPECT_EQ(Parse({}).nee, NeeMode::kLearned);
-  EXPECT_EQ(Parse({}).combination.kind, Kind::kInverseVariance);
+  EXPECT_EQ(Parse({}).combination, Combination::kInverseVariance);
   EXPECT_EQ(Parse({}).training, -1);
   EXPECT_EQ(Parse({{"preset", "2017"}}).tree, SdTreeOptions::Paper2017());
   EXPECT_EQ(Parse({{"preset", "2017"}}).nee, NeeMode::kNever);
-  EXPECT_EQ(Parse({{"preset", "2017"}}).combination.kind, Kind::kAutomatic);
+  EXPECT_EQ(Parse({{"preset", "2017"}}).combination, Combination::kAutomatic);
   EXPECT_EQ(Parse({{"preset", "2019"}}).tree, SdTreeOptions::Paper2019());
   EXPECT_EQ(Parse({{"preset", "2019"}}).nee, NeeMode::kKickstart);
 
@@ -116,7 +115,7 @@ TEST(SdTreeMethod, PresetsAndOverrides) {
                               {"max-depth", "12"},
                               {"training", "5"}});
   EXPECT_EQ(options.nee, NeeMode::kAlways);
-  EXPECT_EQ(options.combination.kind, Kind::kDiscard);
+  EXPECT_EQ(options.combination, Combination::kDiscard);
   EXPECT_EQ(options.tree.spatial_filter, SdTreeOptions::SpatialFilter::kBox);
   EXPECT_EQ(options.tree.directional_filter, SdTreeOptions::DirectionalFilter::kBox);
   EXPECT_EQ(options.tree.bsdf_fraction_loss, SdTreeOptions::BsdfFractionLoss::kNone);
@@ -149,21 +148,6 @@ TEST(SdTreeMethod, EmptySceneBoundsAreRefused) {
   Survey survey = SyntheticSurvey();
   survey.bounds = Bounds3();
   EXPECT_THROW(MakeMethod(test::SyntheticJob("sdtree", 1), survey)->Initial(), Error);
-}
-
-TEST(GridMethod, FilmsOfItsStepsAreKept) {
-  const auto films = [](const std::string& steps, uint32_t width = 40, uint32_t height = 24) {
-    JobSpec job;
-    job.method = "grid";
-    job.options["steps"] = steps;
-    return FilmsToKeep(GridMethod(job, SyntheticSurvey(width, height)).combination());
-  };
-  EXPECT_EQ(films("0"), 0u);
-  EXPECT_EQ(films("5"), 5u);
-  EXPECT_EQ(films("auto"), 16u);
-  EXPECT_EQ(films("100"), 16u);  // memory is bounded
-  EXPECT_EQ(films("100", 1920, 1080), 8u);
-  EXPECT_EQ(films("100", 8000, 8000), 3u);
 }
 
 TEST(GridMethod, MemoSaysThatItIsBiased) {
