@@ -78,6 +78,19 @@ TEST_F(FarmCommands, EveryPointIsMeasuredAgainstTheReference) {
   EXPECT_EQ(small.code, 2) << small.err;
 }
 
+TEST_F(FarmCommands, AWorkerRendersAJobOnAsManyThreadsAsBothAllow) {
+  for (auto& worker : workers_) worker.Kill();
+  StartWorker({}, 3);
+  const Image expected = RenderHere(box_, BoxJob("path", 4)).image;
+  const std::string submit = "lodestar submit scene/box.pbrt --method path --spp 4 --seed 7 --json -o out/box.exr ";
+  for (const auto& [asked, on] : {std::pair{"", "3 of 3"}, {"--threads 2", "2 of 3"}, {"--threads 5", "3 of 3"}}) {
+    std::filesystem::resize_file(folder_.path() / "workers.log", 0);
+    EXPECT_EQ(Json(Shell(submit + asked))["phase"], "done");
+    EXPECT_THAT(Log(), HasSubstr(std::string("to render on ") + on + " threads")) << asked;
+    EXPECT_EQ(ReadImageFile(folder_.path() / "out/box.exr").pixels, expected.pixels) << asked;
+  }
+}
+
 TEST_F(FarmCommands, ACancelledJobEndsItsWatchWithSix) {
   const Ran submitted = Shell("lodestar submit scene/box.pbrt --method path --spp 1000000");
   ASSERT_EQ(submitted.code, 0) << submitted.err;
