@@ -1,10 +1,10 @@
 #include "rpc/farm_client.h"
 
-#include <cstring>
 #include <fstream>
 #include <random>
 #include <set>
 #include <sstream>
+#include <thread>
 
 #include "core/base/bytes.h"
 #include "lodestar/v1/farm.grpc.pb.h"
@@ -193,32 +193,17 @@ void FarmClient::Cancel(const JobId& id) {
 Image FarmClient::GetImage(const JobId& id) {
   v1::GetImageRequest request;
   request.set_job_id(id.value);
-  Image image;
   Bytes data;
   impl_->Call(
       [&](grpc::ClientContext* context) {
         data.clear();
         auto reader = impl_->stub->GetImage(context, request);
         v1::ImageChunk chunk;
-        while (reader->Read(&chunk)) {
-          if (chunk.width() > 0) image.width = chunk.width(), image.height = chunk.height();
-          data += chunk.data();
-        }
+        while (reader->Read(&chunk)) data += chunk.data();
         return reader->Finish();
       },
       seconds(60));
-  const size_t count = size_t{image.width} * image.height;
-  if (data.size() != count * 16)
-    throw Error(ErrorKind::kCorrupt, "the coordinator sent an image of another size than it announced");
-  image.pixels.resize(count);
-  image.variance.resize(count);
-  for (size_t i = 0; i < count; ++i) {
-    float v[4];
-    std::memcpy(v, data.data() + i * 16, 16);
-    image.pixels[i] = Rgb(v[0], v[1], v[2]);
-    image.variance[i] = v[3];
-  }
-  return image;
+  return ImageFromBytes(data);
 }
 
 std::string FarmClient::GetReport(const JobId& id) {
