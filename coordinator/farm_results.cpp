@@ -44,7 +44,7 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
     if (outcome == RoundReduction::Outcome::kCommitted) Revoke(open->leases.Commit(node), &deferred);
     units += node.end(open->round.unit_count) - node.first();
   }
-  job->lost.clear();
+  if (outcome == RoundReduction::Outcome::kCommitted) job->lost.clear();
   const auto mix = [](double old, double now, double share) { return old > 0 ? old + share * (now - old) : now; };
   if (header.seconds > 0) {
     const double pass = header.seconds / units / open->round.passes;
