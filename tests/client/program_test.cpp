@@ -57,6 +57,13 @@ TEST(Program, WrongWordsSuggestWhatWasMeant) {
                         {{"render", "x.pbrt", "--time", "soon"}, "60s"},
                         {{"render", "x.pbrt", "--resolution", "12"}, "640x360"},
                         {{"render", "x.pbrt", "-o", "x.jpg"}, ".exr"},
+                        {{"render", "x.pbrt", "--spp", "0"}, "--spp: '0' must be a number above 0"},
+                        {{"inspect", "x.pbrt", "--seed", "-1"}, "--seed: '-1' must be a number, 0 or above"},
+                        {{"jobs", "--farm", "localhost"}, "'localhost' must be HOST:PORT, as in"},
+                        {{"jobs", "--farm", ":7420"}, "must be HOST:PORT"},
+                        {{"jobs", "--farm", "localhost:99999"}, "must be HOST:PORT"},
+                        {{"jobs", "--farm", "localhost:74x"}, "must be HOST:PORT"},
+                        {{"watch", "job-1", "--reference", "x.exr"}, "--reference needs -o"},
                         {{"render"}, "scene"},
                         {{"compare", "x.pbrt", "--methods", "path,pth", "-o", "/tmp/never"}, "did you mean path?"}};
   for (const Case& c : cases) {
@@ -84,6 +91,14 @@ TEST(Program, FilesThatCannotBeReadOrWrittenEndWithFour) {
   EXPECT_EQ(RunLodestar({"render", scene, "-o", "/proc/none/x.exr"}).code, 4);
   EXPECT_EQ(RunLodestar({"render", scene, "-o", folder / "x.exr", "--reference", folder / "none.exr"}).code, 4);
   EXPECT_EQ(RunLodestar({"diff", folder / "none.exr", folder / "none.exr"}).code, 4);
+  // Known before the job has ended, and before the farm is asked.
+  const Ran watch = RunLodestar(
+      {"watch", "job-1", "--farm", "127.0.0.1:1", "-o", folder / "x.exr", "--reference", folder / "none.exr"});
+  EXPECT_EQ(watch.code, 4);
+  EXPECT_THAT(watch.err, HasSubstr("none.exr: no such file"));
+  const Ran text = RunLodestar({"inspect", "--guide", scene});
+  EXPECT_EQ(text.code, 4);
+  EXPECT_THAT(text.err, AllOf(HasSubstr("tiny.pbrt"), HasSubstr("--state FILE` writes one")));
 }
 
 TEST(Program, InspectSaysWhatTheSceneHolds) {
