@@ -170,7 +170,7 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
   StopToken stop;
   JobStatus status;
   {
-    InterruptGuard guard(&stop);
+    InterruptGuard guard(&stop, "watching no longer");
     ProgressLine progress(options.quiet);
     std::string said;
     status = OnFarm([&] {

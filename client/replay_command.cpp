@@ -103,7 +103,7 @@ ExitCode Replay(const ReplayArguments& arguments) {
   Loop loop(job, compiled.survey);
   ReplayExecutor executor(compiled.scene, job, loop.method(), arguments, pixel, &stop);
   {
-    InterruptGuard guard(&stop);
+    InterruptGuard guard(&stop, "stopping");
     loop.Run(executor, stop, {});
   }
   if (InterruptGuard::Interrupted()) return ExitCode::kInterrupted;

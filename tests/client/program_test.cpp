@@ -241,6 +241,31 @@ TEST(Program, AnInterruptWritesTheImageSoFar) {
   EXPECT_EQ(ReadImageFile(folder / "a.pfm").width, 16u);
 }
 
+TEST(Program, AnInterruptWhileFilesAreWrittenLosesNone) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran =
+      RunLodestar({"render", scene, "--method", "path", "--spp", "4", "-o", folder / "a.pfm"},
+                  {"LODESTAR_PYTHON=/bin/sh", "LODESTAR_PLOT=" + folder.Write("plot", "kill -INT $PPID").string()});
+  EXPECT_EQ(ran.code, 0) << "it was rendered as asked for; " << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("stopping"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "a.json")) << "the last of them";
+}
+
+TEST(Program, AnInterruptedComparisonReportsTheRunsThatAreWhole) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran =
+      RunProgram({"timeout", "--preserve-status", "-s", "INT", "3", LODESTAR_PROGRAM, "compare", scene, "--methods",
+                  "path", "--time", "100ms", "--seeds", "10000", "-o", folder / "r", "--json", "--quiet"},
+                 kNoPlot);
+  EXPECT_EQ(ran.code, 130) << ran.err;
+  const auto json = Json(ran);
+  ASSERT_TRUE(json.is_object()) << ran.out;
+  EXPECT_FALSE(json["methods"][0]["runs"].empty());
+  EXPECT_TRUE(std::filesystem::exists(folder / "r/report.html"));
+}
+
 TEST(Program, AFarmThatDoesNotAnswerEndsWithFive) {
   // Port 1 of the loopback: nothing listens there.
   const Ran ran = RunLodestar({"jobs", "--farm", "127.0.0.1:1", "--retry", "0.2"});
