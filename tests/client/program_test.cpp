@@ -233,8 +233,8 @@ TEST(Program, ReplayFollowsTheTraining) {
 TEST(Program, AnInterruptWritesTheImageSoFar) {
   TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
-  const Ran ran = RunProgram({"timeout", "--preserve-status", "-s", "INT", "2", LODESTAR_PROGRAM, "render", scene,
-                              "--method", "path", "--time", "1h", "-o", folder / "a.pfm"},
+  const Ran ran = RunProgram({"timeout", "--foreground", "--preserve-status", "-s", "INT", "2", LODESTAR_PROGRAM,
+                              "render", scene, "--method", "path", "--time", "1h", "-o", folder / "a.pfm"},
                              kNoPlot);
   EXPECT_EQ(ran.code, 130) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("stopping"));
@@ -256,8 +256,8 @@ TEST(Program, AnInterruptedComparisonReportsTheRunsThatAreWhole) {
   TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
   const Ran ran =
-      RunProgram({"timeout", "--preserve-status", "-s", "INT", "3", LODESTAR_PROGRAM, "compare", scene, "--methods",
-                  "path", "--time", "100ms", "--seeds", "10000", "-o", folder / "r", "--json", "--quiet"},
+      RunProgram({"timeout", "--foreground", "--preserve-status", "-s", "INT", "3", LODESTAR_PROGRAM, "compare", scene,
+                  "--methods", "path", "--time", "100ms", "--seeds", "10000", "-o", folder / "r", "--json", "--quiet"},
                  kNoPlot);
   EXPECT_EQ(ran.code, 130) << ran.err;
   const auto json = Json(ran);
