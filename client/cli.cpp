@@ -74,6 +74,14 @@ class WrappingFormatter final : public CLI::Formatter {
   }
 };
 
+CLI::Validator NumberThat(bool (*fits)(double), const char* must) {
+  return {[=](const std::string& text) {
+            double value = 0;
+            return CLI::detail::lexical_cast(text, value) && fits(value) ? "" : "'" + text + "' " + must;
+          },
+          ""};
+}
+
 int Report(const std::string& message, ExitCode code) {
   std::cout.flush();
   std::cerr << "lodestar: " << message << "\n";
@@ -87,6 +95,13 @@ int UsageError(CLI::App& app, const std::string& message) {
 }
 
 }  // namespace
+
+CLI::Validator AboveZero() {
+  return NumberThat([](double value) { return value > 0; }, "must be a number above 0");
+}
+CLI::Validator ZeroOrAbove() {
+  return NumberThat([](double value) { return value >= 0; }, "must be a number, 0 or above");
+}
 
 int RunCli(int argc, const char* const* argv) {
   CLI::App app(kDescription, "lodestar");

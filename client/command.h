@@ -22,6 +22,10 @@ inline CLI::Validator Unnamed(const CLI::Validator& check) {
   return check.description("");
 }
 
+// Numbers without an upper end. (CLI11's own checks for them name one, in 309 digits.)
+CLI::Validator AboveZero();
+CLI::Validator ZeroOrAbove();
+
 void AddRenderCommand(CLI::App& app, Invocation& invocation);
 void AddCompareCommand(CLI::App& app, Invocation& invocation);
 void AddInspectCommand(CLI::App& app, Invocation& invocation);

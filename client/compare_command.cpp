@@ -94,18 +94,16 @@ ExitCode CompareMethods(const CompareArguments& arguments, const std::string& co
   // 2. All methods of a seed before the next seed: a machine that slows down slows all of them.
   std::vector<ComparisonRun> runs;
   StopToken stop;
-  {
-    InterruptGuard guard(&stop);
-    for (int i = 0; i < arguments.seeds && !stop.Requested(); ++i) {
-      for (const Contender& contender : contenders) {
-        const uint64_t seed = arguments.job.seed + static_cast<uint64_t>(i);
-        if (!arguments.quiet)
-          std::fprintf(stderr, "%s, seed %llu\n", contender.choice.label.c_str(),
-                       static_cast<unsigned long long>(seed));
-        ComparisonRun run = RunOne(arguments, compiled, contender, seed, reference, stop, command_line);
-        if (stop.Requested()) break;  // a run cut short would be compared with whole ones
-        runs.push_back(std::move(run));
-      }
+  const InterruptGuard guard(&stop, "stopping: the runs that are complete will be reported");
+  for (int i = 0; i < arguments.seeds; ++i) {
+    for (const Contender& contender : contenders) {
+      if (stop.Requested()) break;
+      const uint64_t seed = arguments.job.seed + static_cast<uint64_t>(i);
+      if (!arguments.quiet)
+        std::fprintf(stderr, "%s, seed %llu\n", contender.choice.label.c_str(), static_cast<unsigned long long>(seed));
+      ComparisonRun run = RunOne(arguments, compiled, contender, seed, reference, stop, command_line);
+      // One cut short would be compared with whole ones.
+      if (run.report.stop_reason != "stopped") runs.push_back(std::move(run));
     }
   }
   const ExitCode code = InterruptGuard::Interrupted() ? ExitCode::kInterrupted : ExitCode::kOk;

@@ -65,7 +65,7 @@ void AddDiffCommand(CLI::App& app, Invocation& invocation) {
       ->check([](const std::string& name) { return name.ends_with(".png") ? "" : "the error map must end in .png"; });
   sub->add_option("--limit", arguments->limit, "Relative error at the ends of the colour scale")
       ->capture_default_str()
-      ->check(Unnamed(CLI::PositiveNumber));
+      ->check(AboveZero());
   sub->add_flag("--json", arguments->json, "One JSON document on standard out");
   sub->footer("Example:\n  lodestar diff out/door.exr out/reference.exr -o out/door-map.png");
   sub->callback([arguments, &invocation] { invocation.run = [arguments] { return Diff(*arguments); }; });

@@ -1,10 +1,12 @@
 #include "client/farm_session.h"
 
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "client/command.h"
 #include "client/interrupt.h"
 #include "client/local_render.h"
 #include "client/values.h"
@@ -15,6 +17,18 @@ namespace lodestar {
 namespace {
 
 using Json = nlohmann::json;
+
+// gRPC would take another port for one that is missing, no number or too large.
+std::string CheckAddress(const std::string& address) {
+  const size_t colon = address.rfind(':');
+  uint16_t port = 0;
+  if (colon != std::string::npos && colon > 0) {
+    const char* const end = address.data() + address.size();
+    const auto [stopped_at, error] = std::from_chars(address.data() + colon + 1, end, port);
+    if (error == std::errc() && stopped_at == end && port > 0) return "";
+  }
+  return "'" + address + "' must be HOST:PORT, as in localhost:7420";
+}
 
 // What the job waits for, said once each time it changes.
 void SayWaiting(const JobStatus& status, std::string* said) {
@@ -30,9 +44,10 @@ void AddFarmOption(CLI::App& app, FarmAddress& farm) {
   app.add_option("--farm", farm.address, "The coordinator")
       ->envname("LODESTAR_FARM")
       ->capture_default_str()
-      ->type_name("HOST:PORT");
+      ->type_name("HOST:PORT")
+      ->check(CheckAddress);
   app.add_option("--retry", farm.options.retry_seconds, "Seconds to go on trying while the coordinator does not answer")
-      ->check(CLI::NonNegativeNumber.description(""))
+      ->check(ZeroOrAbove())
       ->capture_default_str();
 }
 
@@ -46,6 +61,10 @@ void AddStateOption(CLI::App& app, FollowOptions& options) {
 void PrepareDelivery(const FollowOptions& options) {
   if (!options.state.empty() && options.output.empty())
     throw Error(ErrorKind::kInvalidInput, "--state needs -o: what was learned is fetched with the image");
+  if (!options.reference.empty() && options.output.empty())
+    throw Error(ErrorKind::kInvalidInput, "--reference needs -o: the image that is fetched is measured");
+  // What is wrong with it is said now, not when the job has ended.
+  if (!options.reference.empty()) (void)ReadImageFile(options.reference);
   if (!options.output.empty()) PrepareFolder(OutputPaths::For(options.output).image);
   if (!options.state.empty()) PrepareFolder(options.state);
 }
@@ -119,19 +138,31 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
                 "the report of " + status.id.value + " is not JSON; is the coordinator of another version?");
   report["farm_job"] = status.id.value;
   report = CompleteReport(std::move(report), {status.scene_path, options.command_line});
-  if (!options.reference.empty()) {
+  // The image is written whatever is wrong with what was asked for besides.
+  std::exception_ptr wrong;
+  const auto besides = [&](const auto& part) {
+    try {
+      part();
+    } catch (...) {
+      if (!wrong) wrong = std::current_exception();
+    }
+  };
+  besides([&] {
+    if (options.reference.empty()) return;
     const Image reference = ReadImageFile(options.reference);
     CheckReference(reference, options.reference, image.width, image.height);
     // What has been rendered is gone: only the end of the curve can still be measured.
     const Json metrics = MetricsToJson(Compare(image, reference));
     report["reference"] = metrics;
     if (report["points"].is_array() && !report["points"].empty()) report["points"].back()["reference"] = metrics;
-  }
-  if (!options.state.empty()) {
+  });
+  besides([&] {
+    if (options.state.empty()) return;
     WriteText(options.state, OnFarm([&] { return farm.GetGuide(status.id); }).Serialize());
     report["files"]["state"] = options.state;
-  }
+  });
   report["files"] = DeliverRender(OutputPaths::For(options.output), image, report, status.method);
+  if (wrong) std::rethrow_exception(wrong);
   return report;
 }
 
@@ -139,7 +170,7 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
   StopToken stop;
   JobStatus status;
   {
-    InterruptGuard guard(&stop);
+    InterruptGuard guard(&stop, "watching no longer");
     ProgressLine progress(options.quiet);
     std::string said;
     status = OnFarm([&] {

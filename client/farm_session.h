@@ -52,7 +52,8 @@ void PrepareDelivery(const FollowOptions& options);
 // failed or cancelled job.
 ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& options);
 
-// Fetches image and report and writes the files of OutputPaths; gives back the completed report.
+// Fetches image and report and writes the files of OutputPaths; gives back the completed report. Throws, once they are
+// written, where the reference does not fit or there is no state.
 nlohmann::json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& options);
 
 }  // namespace lodestar

@@ -49,7 +49,9 @@ GuideFile ReadGuide(const std::string& path) {
   try {
     return GuideFile::Read(path);
   } catch (const Error& error) {
-    throw CommandError(ExitCode::kIo, error.what());
+    const bool damaged = error.kind() == ErrorKind::kCorrupt;
+    throw CommandError(ExitCode::kIo, std::string(error.what()) +
+                                          (damaged ? "; `lodestar render SCENE --state FILE` writes one" : ""));
   }
 }
 
@@ -103,10 +105,7 @@ GuidePoint PointUnder(const Scene& scene, const GuideArguments& arguments, Vec3 
 GuidePoint PointOfCoordinates(const GuideArguments& arguments, const Scene* scene) {
   GuidePoint point;
   point.p = ParsePoint("--at", arguments.at);
-  if (arguments.normal.empty()) {
-    if (!arguments.wo.empty()) throw Error(ErrorKind::kInvalidInput, "--wo needs --normal");
-    return point;
-  }
+  if (arguments.normal.empty()) return point;
   const Vec3 normal = ParseDirection("--normal", arguments.normal);
   const Vec3 wo = arguments.wo.empty() ? normal : ParseDirection("--wo", arguments.wo);
   if (scene != nullptr) return PointUnder(*scene, arguments, point.p, normal, wo);
@@ -125,7 +124,6 @@ std::optional<GuidePoint> PointOf(const GuideArguments& arguments, const GuideFi
     return PointOfPixel(*scene, file, arguments.pixel);
   }
   if (!arguments.at.empty()) return PointOfCoordinates(arguments, scene);
-  if (!arguments.normal.empty()) throw Error(ErrorKind::kInvalidInput, "--normal needs --at");
   return std::nullopt;
 }
 
@@ -268,6 +266,9 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
     const auto range = ParseNumbers<2>("--range", arguments.range, "1,8");
     if (!(range[0] > 0) || !(range[1] > range[0]))
       throw Error(ErrorKind::kInvalidInput, "--range " + arguments.range + ": LOW must be above zero and below HIGH");
+    if (focal == nullptr)
+      throw Error(ErrorKind::kInvalidInput,
+                  "--range is for focal densities, and method '" + view.label + "' has none; leave it out");
     view.density_scale = LogScale{range[0], range[1]};
   }
   nlohmann::json json = {{"file", arguments.guide},

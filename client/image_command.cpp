@@ -33,10 +33,10 @@ void AddImageCommand(CLI::App& app, Invocation& invocation) {
     invocation.run = [arguments, command_line = invocation.command_line] {
       FollowOptions follow = arguments->follow;
       follow.command_line = command_line;
-      if (follow.output.empty()) follow.output = arguments->job + ".exr";
-      PrepareDelivery(follow);
       FarmClient farm(arguments->farm.address, arguments->farm.options);
       const JobStatus status = OnFarm([&] { return farm.GetJob({arguments->job}); });
+      if (follow.output.empty()) follow.output = status.id.value + ".exr";
+      PrepareDelivery(follow);
       const nlohmann::json report = DeliverJob(farm, status, follow);
       std::cout << (follow.json ? DumpJson(report) + "\n" : Summary(report));
       return ExitCode::kOk;

@@ -30,28 +30,31 @@ void AddGuideOptions(CLI::App* sub, GuideArguments& guide) {
   const auto add = [&](const char* name, std::string& value, const char* help, const char* type) {
     return sub->add_option(name, value, help)->type_name(type)->group(group)->needs(file);
   };
-  add("-o,--output", guide.output, "Pictures (.png) of the state in this folder [the table alone]", "DIR");
+  CLI::Option* output =
+      add("-o,--output", guide.output, "Pictures (.png) of the state in this folder [the table alone]", "DIR");
   CLI::Option* at = add("--at", guide.at, "Look at this point, in the scene's coordinates", "X,Y,Z");
   CLI::Option* pixel =
       add("--pixel", guide.pixel,
           "Look at what this pixel shows: its first surface that is no mirror or glass; needs the scene", "X,Y");
   pixel->excludes(at);
-  add("--normal", guide.normal,
-      "With --at: a surface with this normal there, for the product of tree and BSDF; with the scene, its first "
-      "surface from there against the normal",
-      "X,Y,Z")
-      ->excludes(pixel);
-  add("--wo", guide.wo, "With --normal: the direction that it is seen from [the normal]", "X,Y,Z");
+  CLI::Option* normal =
+      add("--normal", guide.normal,
+          "With --at: a surface with this normal there, for the product of tree and BSDF; with the scene, its first "
+          "surface from there against the normal",
+          "X,Y,Z")
+          ->needs(at);
+  add("--wo", guide.wo, "With --normal: the direction that it is seen from [the normal]", "X,Y,Z")->needs(normal);
   sub->add_option("--roughness", guide.roughness,
                   "With --normal and no scene: GGX alpha of its lobe; 1 is a diffuse one")
       ->check(Unnamed(CLI::Range(0.001, 1.0)))
       ->capture_default_str()
       ->group(group)
-      ->needs(file);
+      ->needs(normal);
   add("--range", guide.range,
       "Ends of the colour scale of focal densities, in units of their mean [the densities' own, five powers of ten at "
       "most]",
-      "LOW,HIGH");
+      "LOW,HIGH")
+      ->needs(output);
   // The state says how its scene was compiled.
   for (const char* name : {"--resolution", "--filter", "--max-depth", "--seed"}) file->excludes(sub->get_option(name));
 }

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <cstring>
 
 #include "client/exit_code.h"
 #include "core/base/check.h"
@@ -13,21 +14,24 @@ namespace {
 
 std::atomic<StopToken*> g_stop{nullptr};
 std::atomic<bool> g_interrupted{false};
-static_assert(std::atomic<StopToken*>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
+std::atomic<const char*> g_says{nullptr};
+static_assert(std::atomic<StopToken*>::is_always_lock_free && std::atomic<bool>::is_always_lock_free &&
+              std::atomic<const char*>::is_always_lock_free);
 
 // Only async-signal-safe calls.
 void OnSignal(int) {
   if (g_interrupted.exchange(true)) _exit(static_cast<int>(ExitCode::kInterrupted));
-  static constexpr char kMessage[] = "\nstopping; the image so far will be written (Ctrl-C again quits at once)\n";
-  [[maybe_unused]] const auto written = write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
+  for (const char* part : {"\n", g_says.load(), " (Ctrl-C again quits at once)\n"})
+    [[maybe_unused]] const auto written = write(STDERR_FILENO, part, std::strlen(part));
   if (StopToken* stop = g_stop.load()) stop->Request();
 }
 
 }  // namespace
 
-InterruptGuard::InterruptGuard(StopToken* stop) {
+InterruptGuard::InterruptGuard(StopToken* stop, const char* says) {
   StopToken* expected = nullptr;
   LODESTAR_CHECK(g_stop.compare_exchange_strong(expected, stop));
+  g_says.store(says);
   struct sigaction action = {};
   action.sa_handler = OnSignal;
   sigaction(SIGINT, &action, nullptr);

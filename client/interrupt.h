@@ -5,10 +5,12 @@
 
 namespace lodestar {
 
-// While an object lives, SIGINT and SIGTERM request `stop`. One at a time a process.
+// While an object lives, SIGINT and SIGTERM request `stop`. One at a time a process; it should live until all is
+// written.
 class InterruptGuard {
  public:
-  explicit InterruptGuard(StopToken* stop);
+  // `says`, a literal, tells the user what comes now.
+  InterruptGuard(StopToken* stop, const char* says);
   ~InterruptGuard();
   InterruptGuard(const InterruptGuard&) = delete;
   InterruptGuard& operator=(const InterruptGuard&) = delete;

@@ -159,7 +159,7 @@ void AddJobOptions(CLI::App& app, JobArguments& arguments, const JobOptionGroups
   if (groups.budget) {
     app.add_option("--spp", arguments.spp,
                    "Stop at that many samples per pixel, training included [the scene's, without any budget]")
-        ->check(Unnamed(CLI::PositiveNumber))
+        ->check(AboveZero())
         ->group("Budget (the first one reached ends the run)");
     app.add_option("--time", arguments.time,
                    "Stop after this render time: 60s, 5m, 1h30m; loading and writing are not counted")
@@ -167,7 +167,7 @@ void AddJobOptions(CLI::App& app, JobArguments& arguments, const JobOptionGroups
         ->group("Budget (the first one reached ends the run)");
     app.add_option("--error", arguments.error,
                    "Stop at this estimated relMSE (worst 0.1 % of pixels left out), e.g. 0.01")
-        ->check(Unnamed(CLI::PositiveNumber))
+        ->check(AboveZero())
         ->group("Budget (the first one reached ends the run)");
   }
   app.add_option("--resolution", arguments.resolution, "Pixels of the image [the scene's]")->type_name("WxH");
@@ -178,7 +178,7 @@ void AddJobOptions(CLI::App& app, JobArguments& arguments, const JobOptionGroups
       ->check(Unnamed(CLI::Range(1, 1 << 20)));
   app.add_option("--seed", arguments.seed, "Seed of all random numbers; the same seed gives the same bits")
       ->capture_default_str()
-      ->check(Unnamed(CLI::NonNegativeNumber));
+      ->check(ZeroOrAbove());
   app.add_flag("--lenient", arguments.lenient,
                "Leave out and list what a scene has and Lodestar does not support, instead of refusing it");
   if (groups.method) AddMethodFlags(app, arguments);

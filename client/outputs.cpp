@@ -79,9 +79,11 @@ void PrepareFolder(const fs::path& file) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw Error(ErrorKind::kIo, folder.string() + ": cannot make this folder: " + error.message());
+  if (error)
+    throw Error(ErrorKind::kIo, folder.string() + ": cannot make this folder: " + error.message() + "; choose another");
   if (access(folder.c_str(), W_OK) != 0)
-    throw Error(ErrorKind::kIo, folder.string() + ": cannot write into this folder: " + std::strerror(errno));
+    throw Error(ErrorKind::kIo,
+                folder.string() + ": cannot write into this folder: " + std::strerror(errno) + "; choose another");
   if (fs::is_directory(file)) throw Error(ErrorKind::kInvalidInput, file.string() + " is a folder; name a file in it");
 }
 
@@ -108,6 +110,8 @@ void WriteImage(const fs::path& path, const Image& image, const std::map<std::st
 }
 
 Image ReadImageFile(const fs::path& path) {
+  if (!fs::exists(path)) throw Error(ErrorKind::kNotFound, path.string() + ": no such file");
+  if (fs::is_directory(path)) throw Error(ErrorKind::kNotFound, path.string() + " is a folder; name an image in it");
   FloatImage floats = ReadImage(path.string());
   Image image;
   image.width = static_cast<uint32_t>(floats.width);

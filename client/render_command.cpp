@@ -63,10 +63,10 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
 
   // 3. The render.
   StopToken stop;
+  const InterruptGuard guard(&stop, "stopping: the image so far will be written");
   RenderResult result;
   GuideFile guide;
   {
-    InterruptGuard guard(&stop);
     ProgressLine progress(arguments.quiet);
     result = RenderLocally(compiled, job, arguments.threads, reference, stop, progress,
                            arguments.state.empty() ? nullptr : &guide);

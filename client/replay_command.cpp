@@ -103,7 +103,7 @@ ExitCode Replay(const ReplayArguments& arguments) {
   Loop loop(job, compiled.survey);
   ReplayExecutor executor(compiled.scene, job, loop.method(), arguments, pixel, &stop);
   {
-    InterruptGuard guard(&stop);
+    InterruptGuard guard(&stop, "stopping");
     loop.Run(executor, stop, {});
   }
   if (InterruptGuard::Interrupted()) return ExitCode::kInterrupted;
@@ -142,8 +142,7 @@ void AddReplayCommand(CLI::App& app, Invocation& invocation) {
   auto arguments = std::make_shared<ReplayArguments>();
   CLI::App* sub = app.add_subcommand("replay", "Render one pixel sample again, as a health report asks");
   AddJobOptions(*sub, arguments->job, {.method = true, .budget = false});
-  sub->add_option("--spp", arguments->job.spp, "Samples per pixel the job ended with [pass + 1]")
-      ->check(Unnamed(CLI::PositiveNumber));
+  sub->add_option("--spp", arguments->job.spp, "Samples per pixel the job ended with [pass + 1]")->check(AboveZero());
   sub->add_option("--pixel", arguments->pixel, "The pixel, (0,0) the upper left one")->required()->type_name("X,Y");
   sub->add_option("--pass", arguments->pass, "The pass, counted through the whole job from 0")->required();
   sub->add_option("--iteration", arguments->iteration, "The training iteration whose state was in use")

@@ -24,6 +24,7 @@ struct SubmitArguments {
   std::string name, reference;
   FollowOptions follow;
   int priority = 0;
+  uint32_t threads = 0;
   bool watch = false;
 };
 
@@ -48,6 +49,7 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
   JobSubmission submission;
   submission.spec = arguments.job.ToJob();
   submission.priority = arguments.priority;
+  submission.threads = arguments.threads;
   submission.name =
       arguments.name.empty() ? std::filesystem::path(arguments.job.scene).stem().string() : arguments.name;
   submission.scene_path = std::filesystem::absolute(arguments.job.scene).string();
@@ -91,6 +93,9 @@ void AddSubmitCommand(CLI::App& app, Invocation& invocation) {
   AddFarmOption(*sub, arguments->farm);
   sub->add_option("--name", arguments->name, "Name of the job in lists [the scene's]")->type_name("TEXT");
   sub->add_option("--priority", arguments->priority, "Larger comes first")->capture_default_str();
+  sub->add_option("--threads", arguments->threads,
+                  "Each worker renders the job on at most so many threads [all that it has]; never changes the image")
+      ->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--watch", arguments->watch, "Show progress until the job ends");
   sub->add_option("-o,--output", arguments->follow.output,
                   "Wait for the job, then write the image and its .png, .csv, .json and -error.png (as render does)")

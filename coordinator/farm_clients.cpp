@@ -45,7 +45,7 @@ JobId Farm::Submit(const JobSubmission& submission) {
   stored.submitted_unix_ms =
       std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch())
           .count();
-  stored.description = blobs_->Put(JobDescription{submission.spec, submission.scene}.Serialize());
+  stored.description = blobs_->Put(JobDescription{submission.spec, submission.scene, submission.threads}.Serialize());
   stored.reference = submission.reference;
   std::vector<ContentHash> assets{stored.description};
   if (!stored.reference.empty()) assets.push_back(stored.reference);

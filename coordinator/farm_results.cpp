@@ -47,7 +47,7 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
     if (outcome == RoundReduction::Outcome::kCommitted) Revoke(open->leases.Commit(node), &deferred);
     units += node.end(open->round.unit_count) - node.first();
   }
-  job->lost.clear();
+  if (outcome == RoundReduction::Outcome::kCommitted) job->lost.clear();
   run->merging_seconds += merging_seconds;
   run->contribution_bytes += bytes.size();
   ++run->contributions;

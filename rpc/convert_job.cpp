@@ -85,6 +85,7 @@ v1::JobSubmission ToProto(const JobSubmission& submission) {
   message.set_priority(submission.priority);
   *message.mutable_spec() = ToProto(submission.spec);
   *message.mutable_scene() = ToProto(submission.scene);
+  message.set_threads(submission.threads);
   message.set_client_token(submission.client_token);
   message.set_scene_path(submission.scene_path);
   message.set_reference_sha256(submission.reference.hex);
@@ -97,6 +98,7 @@ JobSubmission FromProto(const v1::JobSubmission& message) {
   submission.priority = message.priority();
   submission.spec = FromProto(message.spec());
   submission.scene = FromProto(message.scene());
+  submission.threads = message.threads();
   submission.client_token = message.client_token();
   submission.scene_path = message.scene_path();
   submission.reference.hex = message.reference_sha256();

@@ -1,10 +1,10 @@
 #include "rpc/farm_client.h"
 
-#include <cstring>
 #include <fstream>
 #include <random>
 #include <set>
 #include <sstream>
+#include <thread>
 
 #include "core/base/bytes.h"
 #include "lodestar/v1/farm.grpc.pb.h"
@@ -25,11 +25,11 @@ struct FarmClient::Impl {
   Options options;
   std::unique_ptr<v1::Farm::Stub> stub;
 
-  // Repeats an idempotent call until it is answered or the time is over.
-  void Call(const std::function<grpc::Status(grpc::ClientContext*)>& call,
-            Clock::Duration deadline = seconds(10)) const {
+  // Repeats an idempotent call until it is answered, the time is over or `stop` (may be null) is requested.
+  void Call(const std::function<grpc::Status(grpc::ClientContext*)>& call, Clock::Duration deadline = seconds(10),
+            const StopToken* stop = nullptr) const {
     const Clock::Duration limit(static_cast<int64_t>(options.retry_seconds * 1e9));
-    Retry(Idempotency::kIdempotent, limit, Clock::Steady(), Sleeper::Real(), Backoff(), nullptr, [&] {
+    Retry(Idempotency::kIdempotent, limit, Clock::Steady(), Sleeper::Real(), Backoff(), stop, [&] {
       grpc::ClientContext context;
       PrepareContext(&context, deadline);
       ThrowIfFailed(call(&context), "the coordinator at " + address);
@@ -160,25 +160,32 @@ JobStatus FarmClient::Watch(const JobId& id, const std::function<bool(const JobS
   v1::WatchJobRequest request;
   request.set_job_id(id.value);
   JobStatus last;
+  last.id = id;
   bool more = true;
+  const auto stopped = [&] { return stop && stop->Requested(); };
   // A stream may end with its coordinator: each one that brought something starts the patience anew.
   while (more && !Ended(last.phase)) {
     impl_->Call(
         [&](grpc::ClientContext* context) {
           auto reader = impl_->stub->WatchJob(context, request);
+          // Nothing may change for hours, and so long reading lasts.
+          const std::jthread canceller([&](const std::stop_token& over) {
+            while (!over.stop_requested() && !stopped()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            if (stopped()) context->TryCancel();
+          });
           v1::JobStatus message;
           bool any = false;
           while (more && reader->Read(&message)) {
             any = true;
             last = FromProto(message);
             more = !callback || callback(last);
-            if (stop && stop->Requested()) more = false;
           }
+          more = more && !stopped();
           if (!more) context->TryCancel();
           const auto status = reader->Finish();
           return any || !more ? grpc::Status::OK : status;
         },
-        Clock::Duration(0));
+        Clock::Duration(0), stop);
   }
   return last;
 }
@@ -193,32 +200,17 @@ void FarmClient::Cancel(const JobId& id) {
 Image FarmClient::GetImage(const JobId& id) {
   v1::GetImageRequest request;
   request.set_job_id(id.value);
-  Image image;
   Bytes data;
   impl_->Call(
       [&](grpc::ClientContext* context) {
         data.clear();
         auto reader = impl_->stub->GetImage(context, request);
         v1::ImageChunk chunk;
-        while (reader->Read(&chunk)) {
-          if (chunk.width() > 0) image.width = chunk.width(), image.height = chunk.height();
-          data += chunk.data();
-        }
+        while (reader->Read(&chunk)) data += chunk.data();
         return reader->Finish();
       },
       seconds(60));
-  const size_t count = size_t{image.width} * image.height;
-  if (data.size() != count * 16)
-    throw Error(ErrorKind::kCorrupt, "the coordinator sent an image of another size than it announced");
-  image.pixels.resize(count);
-  image.variance.resize(count);
-  for (size_t i = 0; i < count; ++i) {
-    float v[4];
-    std::memcpy(v, data.data() + i * 16, 16);
-    image.pixels[i] = Rgb(v[0], v[1], v[2]);
-    image.variance[i] = v[3];
-  }
-  return image;
+  return ImageFromBytes(data);
 }
 
 std::string FarmClient::GetReport(const JobId& id) {

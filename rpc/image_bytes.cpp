@@ -21,7 +21,7 @@ uint64_t ImageBytesSize(uint32_t width, uint32_t height) {
 }
 
 Image ImageFromBytes(std::string_view bytes) {
-  ByteReader in(bytes, "stored image");
+  ByteReader in(bytes, "image");
   Image image;
   image.width = in.Get<uint32_t>();
   image.height = in.Get<uint32_t>();

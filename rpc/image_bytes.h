@@ -1,5 +1,5 @@
-// An image as the store keeps it, and as a client uploads a reference: width, height, then (r, g, b, variance) floats,
-// rows from the top.
+// An image as the store keeps it, as a client uploads a reference and as it is sent to one: width, height, then (r, g,
+// b, variance) floats, rows from the top.
 #pragma once
 
 #include "core/film/film.h"

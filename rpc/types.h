@@ -59,6 +59,7 @@ struct JobSubmission {
   int priority = 0;  // larger first
   JobSpec spec;
   SceneManifest scene;
+  uint32_t threads = 0;      // at most so many of each worker; 0: all that it has. Never changes the image.
   std::string scene_path;    // where the client has the scene file, for commands that a report tells it to run
   ContentHash reference;     // from FarmClient::UploadImage: error points are measured against it; empty: none
   std::string client_token;  // the same token never makes a second job; filled in by FarmClient where empty

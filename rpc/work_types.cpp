@@ -4,7 +4,7 @@
 
 namespace lodestar {
 namespace {
-constexpr uint32_t kDescriptionVersion = 1;
+constexpr uint32_t kDescriptionVersion = 2;
 }
 
 Bytes JobDescription::Serialize() const {
@@ -12,6 +12,7 @@ Bytes JobDescription::Serialize() const {
   out.Put(kDescriptionVersion);
   out.PutString(spec.Serialize());
   out.PutString(scene.Serialize());
+  out.Put(threads);
   return out.Take();
 }
 
@@ -21,6 +22,7 @@ JobDescription JobDescription::Parse(std::string_view bytes) {
   JobDescription description;
   description.spec = JobSpec::Parse(in.GetString());
   description.scene = SceneManifest::Parse(in.GetString());
+  description.threads = in.Get<uint32_t>();
   in.ExpectEnd();
   return description;
 }

@@ -41,6 +41,7 @@ struct LeasedUnit {
 struct JobDescription {
   JobSpec spec;
   SceneManifest scene;
+  uint32_t threads = 0;  // JobSubmission's
   Bytes Serialize() const;
   static JobDescription Parse(std::string_view bytes);
 };

@@ -57,13 +57,15 @@ Bytes ReadFile(const fs::path& path) {
 pid_t Start(const fs::path& program, const fs::path& folder, uint64_t memory_mib) {
   std::string words[] = {program.string(), kTrialWord, folder.string(), std::to_string(memory_mib)};
   char* arguments[] = {words[0].data(), words[1].data(), words[2].data(), words[3].data(), nullptr};
-  // A worker waits for its termination signals in one thread and blocks them in all.
+  // A worker waits for its termination signals in one thread and blocks them in all. Ctrl-C in its terminal, which goes
+  // to the whole group, is the worker's alone: it drains, and the scene must not look as if it had killed its process.
   sigset_t none;
   sigemptyset(&none);
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
+  posix_spawnattr_setpgroup(&attributes, 0);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
   pid_t pid = -1;
   const int failed = posix_spawn(&pid, arguments[0], nullptr, &attributes, arguments, environ);
   posix_spawnattr_destroy(&attributes);

@@ -17,11 +17,13 @@ std::string WithoutFolder(std::string text, const std::filesystem::path& folder)
 
 }  // namespace
 
-LoadedJob::LoadedJob(JobDescription description, std::filesystem::path folder, CompiledJob compiled)
-    : description_(std::move(description)),
-      folder_(std::move(folder)),
+LoadedJob::LoadedJob(const JobDescription& description, std::filesystem::path folder, CompiledJob compiled, int threads)
+    : folder_(std::move(folder)),
       compiled_(std::move(compiled)),
-      method_(MakeMethod(description_.spec, compiled_.survey)) {}
+      method_(MakeMethod(description.spec, compiled_.survey)),
+      threads_(description.threads > 0 ? static_cast<int>(std::min(static_cast<uint32_t>(threads), description.threads))
+                                       : threads),
+      executor_(compiled_.scene, description.spec, *method_, threads_) {}
 
 LoadedJob::~LoadedJob() {
   std::error_code ignored;
@@ -39,14 +41,13 @@ std::shared_ptr<const State> LoadedJob::StateFor(const ContentHash& hash, WorkCl
   return state;
 }
 
-bool LoadedJob::Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads,
-                        const StopToken& stop, Contribution* into) {
+bool LoadedJob::Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, const StopToken& stop,
+                        Contribution* into) {
   if (unit.survey != compiled_.survey.Serialize()) {
     throw Error(ErrorKind::kConflict, "this worker has compiled another scene than the one that was surveyed (hash " +
                                           compiled_.survey.scene_hash + "): are its libraries of another version?");
   }
-  if (!executor_) executor_ = std::make_unique<LocalExecutor>(compiled_.scene, description_.spec, *method_, threads);
-  return executor_->ExecuteNode(state, unit.round, unit.node, stop, into);
+  return executor_.ExecuteNode(state, unit.round, unit.node, stop, into);
 }
 
 std::shared_ptr<LoadedJob> JobCache::Find(const ContentHash& description) {
@@ -78,8 +79,9 @@ std::shared_ptr<LoadedJob> JobCache::Load(const ContentHash& hash, const StopTok
     // Without this machine's folders, so that every worker's survey has the same bytes.
     for (std::string& line : scene.left_out) line = WithoutFolder(std::move(line), folder);
     auto compiled = CompileJob(scene, description.spec);
-    spdlog::info("compiled {} within {} MiB: {}", description.scene.main, bytes >> 20, compiled.survey.needs);
-    auto job = std::make_shared<LoadedJob>(std::move(description), folder, std::move(compiled));
+    auto job = std::make_shared<LoadedJob>(description, folder, std::move(compiled), threads_);
+    spdlog::info("compiled {} within {} MiB, to render on {} of {} threads: {}", description.scene.main, bytes >> 20,
+                 job->threads(), threads_, job->survey().needs);
     std::lock_guard lock(mutex_);
     jobs_.push_front({hash, job, bytes});
     return job;

@@ -15,30 +15,33 @@ namespace lodestar {
 // A job with its scene compiled.
 class LoadedJob {
  public:
-  LoadedJob(JobDescription description, std::filesystem::path folder, CompiledJob compiled);
+  // `threads`: those that this worker may use; a job may ask for fewer.
+  LoadedJob(const JobDescription& description, std::filesystem::path folder, CompiledJob compiled, int threads);
   ~LoadedJob();
   const Survey& survey() const { return compiled_.survey; }
+  int threads() const { return threads_; }  // that it is rendered on
   // The last two states are kept: a lease of the next iteration is prepared while one of the last still runs.
   std::shared_ptr<const State> StateFor(const ContentHash& hash, WorkClient& client);
   // LocalExecutor::ExecuteNode
-  bool Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, int threads, const StopToken& stop,
+  bool Execute(const RenderUnit& unit, const std::shared_ptr<const State>& state, const StopToken& stop,
                Contribution* into);
 
  private:
-  const JobDescription description_;
   const std::filesystem::path folder_;  // textures may be read late
   const CompiledJob compiled_;
   const std::unique_ptr<Method> method_;
-  std::unique_ptr<LocalExecutor> executor_;
+  const int threads_;
+  LocalExecutor executor_;
   std::mutex states_mutex_;
   std::list<std::pair<ContentHash, std::shared_ptr<const State>>> states_;
 };
 
 class JobCache {
  public:
-  // Scenes that together took no more memory to compile than `trial` allows one of them are kept.
-  JobCache(AssetCache& assets, WorkClient& client, const CompileTrial::Options& trial)
-      : assets_(assets), client_(client), trial_(trial) {}
+  // Scenes that together took no more memory to compile than `trial` allows one of them are kept. Jobs are rendered on
+  // `threads` at most.
+  JobCache(AssetCache& assets, WorkClient& client, const CompileTrial::Options& trial, int threads)
+      : assets_(assets), client_(client), trial_(trial), threads_(threads) {}
   // Compiles where it must: in this process, once a child has done so within the limits. Throws Error: messages about
   // the scene name its files as the client knows them; kIo where it was not the scene's fault, or `stop` was requested;
   // UnreachableError while the coordinator is away.
@@ -50,6 +53,7 @@ class JobCache {
   AssetCache& assets_;
   WorkClient& client_;
   const CompileTrial trial_;
+  const int threads_;
   struct Entry {
     ContentHash description;
     std::shared_ptr<LoadedJob> job;

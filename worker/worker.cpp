@@ -27,7 +27,7 @@ Worker::Worker(const Options& options)
       working_(options.coordinator),
       keeping_(options.coordinator),
       assets_(options.cache, options.cache_bytes),
-      jobs_(assets_, working_, options.trial) {}
+      jobs_(assets_, working_, options.trial, static_cast<int>(info_.threads)) {}
 
 Worker::~Worker() = default;
 

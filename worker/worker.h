@@ -1,6 +1,6 @@
 // A worker: leases units, renders them, delivers what came out. Four threads: one asks for the next lease and fetches
-// its state while the current one renders; one renders (on as many threads as it may use) and gathers what leases of
-// one round bring; one delivers; one keeps the leases alive and hears which to give up.
+// its state while the current one renders; one renders (on as many threads as worker and job allow) and gathers what
+// leases of one round bring; one delivers; one keeps the leases alive and hears which to give up.
 //
 // It may be killed at any time; whatever it held is rendered by others. While its coordinator is away it tries again,
 // for ever.

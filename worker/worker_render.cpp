@@ -134,8 +134,7 @@ void Worker::Render(const Held& held) {
   const auto start = Clock::Steady().Now();
   bool complete = false;
   try {
-    complete = gathered_->job->Execute(unit, gathered_->state, static_cast<int>(info_.threads), *held.stop,
-                                       &gathered_->contribution);
+    complete = gathered_->job->Execute(unit, gathered_->state, *held.stop, &gathered_->contribution);
   } catch (...) {
     GiveBack(std::exchange(gathered_, std::nullopt)->leases);
     throw;

@@ -1,7 +1,9 @@
-// The statistics' bytes, version 3: header, totals, then per touched leaf its weight, fraction sums and non-zero sums
+// The statistics' bytes, version 4: header, totals, then per touched leaf its weight, fraction sums and non-zero sums
 // of lights and slots. Indices are written as varint differences, sums as their significant bytes behind one byte that
 // says which (core/math/exact_sum_bytes.h).
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <utility>
 
 #include "core/base/check.h"
@@ -12,21 +14,35 @@ namespace lodestar {
 namespace {
 
 constexpr uint32_t kMagic = 0x53445344;  // "DSDS"
-constexpr uint32_t kVersion = 3;
+constexpr uint32_t kVersion = 4;
 
-// Sparse: how many are not zero, and those, each behind how many were skipped.
+// Sparse, in blocks: how many hold anything, and those, each behind how many were skipped and which of its sums follow.
+// A block is a node's sums where its slots have two halves, else two nodes'.
+constexpr size_t kBlock = 8;
+
+uint8_t NotZero(std::span<const ExactSum> sums, size_t block) {
+  const auto of_block = sums.subspan(block, std::min(kBlock, sums.size() - block));
+  unsigned mask = 0;
+  for (size_t i = 0; i < of_block.size(); ++i) mask |= unsigned{!of_block[i].zero()} << i;
+  return static_cast<uint8_t>(mask);
+}
+
 void PutSums(ByteWriter& out, std::span<const ExactSum> sums) {
   uint64_t count = 0;
-  for (const ExactSum& sum : sums) count += !sum.zero();
+  for (size_t block = 0; block < sums.size(); block += kBlock) count += NotZero(sums, block) != 0;
   PutVarint(out, count);
   // These are nearly all of what a worker sends: by way of a small buffer, not one by one.
-  constexpr size_t kRoom = kVarintRoom + kWideRoom;
-  std::array<char, 128 * kRoom> buffer;
+  constexpr size_t kRoom = kVarintRoom + 1 + kBlock * kWideRoom;
+  std::array<char, 16 * kRoom> buffer;
   char* at = buffer.data();
   size_t next = 0;
-  for (size_t i = 0; i < sums.size(); ++i) {
-    if (sums[i].zero()) continue;
-    at = WriteWide(WriteVarint(at, i - std::exchange(next, i + 1)), sums[i].Units());
+  for (size_t block = 0; block < sums.size(); block += kBlock) {
+    const uint8_t mask = NotZero(sums, block);
+    if (mask == 0) continue;
+    at = WriteVarint(at, (block - std::exchange(next, block + kBlock)) / kBlock);
+    *at++ = static_cast<char>(mask);
+    for (unsigned bits = mask; bits != 0; bits &= bits - 1)
+      at = WriteWide(at, sums[block + static_cast<size_t>(std::countr_zero(bits))].Units());
     if (at + kRoom > buffer.data() + buffer.size()) {
       out.PutRaw({buffer.data(), at});
       at = buffer.data();
@@ -38,12 +54,18 @@ void PutSums(ByteWriter& out, std::span<const ExactSum> sums) {
 template <bool kAdd>
 void GetSums(ByteReader& in, std::span<ExactSum> sums) {
   const uint64_t count = GetVarint(in);
-  IndexReader index(sums.size());
-  for (uint64_t s = 0; s < count; ++s) {
-    const uint64_t at = index.Get(in, "name a sum that the leaf does not have");
-    const ExactSum sum = GetSum(in);
-    if (sum.zero()) in.Fail("have an empty sum");
-    if constexpr (kAdd) sums[at].Merge(sum);
+  IndexReader index((sums.size() + kBlock - 1) / kBlock);
+  for (uint64_t b = 0; b < count; ++b) {
+    const uint64_t block = kBlock * index.Get(in, "name sums that the leaf does not have");
+    const unsigned mask = in.Get<uint8_t>();
+    if (mask == 0) in.Fail("have an empty block of sums");
+    if (block + static_cast<uint64_t>(std::bit_width(mask)) > sums.size())
+      in.Fail("name sums that the leaf does not have");
+    for (unsigned bits = mask; bits != 0; bits &= bits - 1) {
+      const ExactSum sum = GetSum(in);
+      if (sum.zero()) in.Fail("have an empty sum");
+      if constexpr (kAdd) sums[block + static_cast<uint64_t>(std::countr_zero(bits))].Merge(sum);
+    }
   }
 }
 
@@ -89,7 +111,7 @@ void SdTreeStatistics::Decode(std::string_view bytes) {
   ByteReader in(bytes, "SD-tree statistics");
   if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
   if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("have version " + std::to_string(version) + ", known is 3");
+    in.Fail("have version " + std::to_string(version) + ", known is " + std::to_string(kVersion));
   const auto fingerprint = in.Get<uint64_t>();
   const auto leaf_count = in.Get<uint32_t>();
   const auto node_count = in.Get<uint32_t>();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/math/elementary.h"
+#include "core/scene/mix_order.h"
 #include "core/scene/pbrt_builder.h"
 
 namespace lodestar {
@@ -49,11 +50,17 @@ void PbrtBuilder::AreaLightSource(const Token& directive) {
 
 // At the end, since a material may be defined after its use.
 void PbrtBuilder::CheckLights() {
+  std::vector<bool> interface(scene_.materials.size());  // or a mix with one somewhere in it
+  for (const int i : PartsBeforeMixes(scene_.materials)) {
+    const auto& kind = scene_.materials[i].kind;
+    const auto* mix = std::get_if<MixMaterial>(&kind);
+    interface[i] = mix ? interface[mix->a] || interface[mix->b] : std::holds_alternative<InterfaceMaterial>(kind);
+  }
   for (ShapeDescription& shape : scene_.shapes) {
-    if (!shape.light || !std::holds_alternative<InterfaceMaterial>(scene_.materials[shape.material].kind)) continue;
-    refusals_.Refuse(
-        shape.where,
-        "a light on a shape of the material \"interface\" is not supported: there is no surface that could emit");
+    if (!shape.light || !interface[shape.material]) continue;
+    refusals_.Refuse(shape.where,
+                     "a light on a shape of the material \"interface\", or of a mix with it, is not supported: there "
+                     "is no surface that could emit");
     shape.light.reset();
   }
 }

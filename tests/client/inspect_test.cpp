@@ -262,10 +262,9 @@ TEST_F(Inspect, WrongOptionsSayWhatToTry) {
                         {{.pixel = "1,2"}, "needs the scene"},
                         {{.scene = scene_, .pixel = "32,2"}, "32x24"},
                         {{.at = "0,0,0", .normal = "0,0,0"}, "no direction"},
-                        {{.at = "0,0,0", .wo = "0,0,1"}, "--normal"},
-                        {{.normal = "0,0,1"}, "--at"},
                         {{.scene = scene_, .at = "0,1,0", .normal = "0,1,0", .roughness = 0.2f}, "has its own"},
-                        {{.range = "8,1"}, "below HIGH"}};
+                        {{.range = "8,1"}, "below HIGH"},
+                        {{.range = "1,8"}, "'sdtree' has none"}};
   for (const Case& c : cases) {
     GuideArguments arguments = c.arguments;
     arguments.guide = state_;
@@ -276,6 +275,13 @@ TEST_F(Inspect, WrongOptionsSayWhatToTry) {
       EXPECT_EQ(error.kind(), ErrorKind::kInvalidInput);
       EXPECT_THAT(error.what(), HasSubstr(c.said));
     }
+  }
+  // What would have no effect alone.
+  for (const auto& [alone, other] :
+       {std::pair{"--wo", "--normal"}, {"--normal", "--at"}, {"--roughness", "--normal"}, {"--range", "--output"}}) {
+    const Ran ran = Run({alone, "1"});
+    EXPECT_EQ(ran.code, 2) << alone;
+    EXPECT_THAT(ran.err, HasSubstr(std::string(alone) + " requires " + other));
   }
   EXPECT_EQ(Run({"--at", "0,0,0", "--pixel", "1,1"}).code, 2);
   EXPECT_EQ(Run({"--resolution", "8x8"}).code, 2);

@@ -57,6 +57,13 @@ TEST(Program, WrongWordsSuggestWhatWasMeant) {
                         {{"render", "x.pbrt", "--time", "soon"}, "60s"},
                         {{"render", "x.pbrt", "--resolution", "12"}, "640x360"},
                         {{"render", "x.pbrt", "-o", "x.jpg"}, ".exr"},
+                        {{"render", "x.pbrt", "--spp", "0"}, "--spp: '0' must be a number above 0"},
+                        {{"inspect", "x.pbrt", "--seed", "-1"}, "--seed: '-1' must be a number, 0 or above"},
+                        {{"jobs", "--farm", "localhost"}, "'localhost' must be HOST:PORT, as in"},
+                        {{"jobs", "--farm", ":7420"}, "must be HOST:PORT"},
+                        {{"jobs", "--farm", "localhost:99999"}, "must be HOST:PORT"},
+                        {{"jobs", "--farm", "localhost:74x"}, "must be HOST:PORT"},
+                        {{"watch", "job-1", "--reference", "x.exr"}, "--reference needs -o"},
                         {{"render"}, "scene"},
                         {{"compare", "x.pbrt", "--methods", "path,pth", "-o", "/tmp/never"}, "did you mean path?"}};
   for (const Case& c : cases) {
@@ -84,6 +91,14 @@ TEST(Program, FilesThatCannotBeReadOrWrittenEndWithFour) {
   EXPECT_EQ(RunLodestar({"render", scene, "-o", "/proc/none/x.exr"}).code, 4);
   EXPECT_EQ(RunLodestar({"render", scene, "-o", folder / "x.exr", "--reference", folder / "none.exr"}).code, 4);
   EXPECT_EQ(RunLodestar({"diff", folder / "none.exr", folder / "none.exr"}).code, 4);
+  // Known before the job has ended, and before the farm is asked.
+  const Ran watch = RunLodestar(
+      {"watch", "job-1", "--farm", "127.0.0.1:1", "-o", folder / "x.exr", "--reference", folder / "none.exr"});
+  EXPECT_EQ(watch.code, 4);
+  EXPECT_THAT(watch.err, HasSubstr("none.exr: no such file"));
+  const Ran text = RunLodestar({"inspect", "--guide", scene});
+  EXPECT_EQ(text.code, 4);
+  EXPECT_THAT(text.err, AllOf(HasSubstr("tiny.pbrt"), HasSubstr("--state FILE` writes one")));
 }
 
 TEST(Program, InspectSaysWhatTheSceneHolds) {
@@ -218,12 +233,37 @@ TEST(Program, ReplayFollowsTheTraining) {
 TEST(Program, AnInterruptWritesTheImageSoFar) {
   TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
-  const Ran ran = RunProgram({"timeout", "--preserve-status", "-s", "INT", "2", LODESTAR_PROGRAM, "render", scene,
-                              "--method", "path", "--time", "1h", "-o", folder / "a.pfm"},
+  const Ran ran = RunProgram({"timeout", "--foreground", "--preserve-status", "-s", "INT", "2", LODESTAR_PROGRAM,
+                              "render", scene, "--method", "path", "--time", "1h", "-o", folder / "a.pfm"},
                              kNoPlot);
   EXPECT_EQ(ran.code, 130) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("stopping"));
   EXPECT_EQ(ReadImageFile(folder / "a.pfm").width, 16u);
+}
+
+TEST(Program, AnInterruptWhileFilesAreWrittenLosesNone) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran =
+      RunLodestar({"render", scene, "--method", "path", "--spp", "4", "-o", folder / "a.pfm"},
+                  {"LODESTAR_PYTHON=/bin/sh", "LODESTAR_PLOT=" + folder.Write("plot", "kill -INT $PPID").string()});
+  EXPECT_EQ(ran.code, 0) << "it was rendered as asked for; " << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("stopping"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "a.json")) << "the last of them";
+}
+
+TEST(Program, AnInterruptedComparisonReportsTheRunsThatAreWhole) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran =
+      RunProgram({"timeout", "--foreground", "--preserve-status", "-s", "INT", "3", LODESTAR_PROGRAM, "compare", scene,
+                  "--methods", "path", "--time", "100ms", "--seeds", "10000", "-o", folder / "r", "--json", "--quiet"},
+                 kNoPlot);
+  EXPECT_EQ(ran.code, 130) << ran.err;
+  const auto json = Json(ran);
+  ASSERT_TRUE(json.is_object()) << ran.out;
+  EXPECT_FALSE(json["methods"][0]["runs"].empty());
+  EXPECT_TRUE(std::filesystem::exists(folder / "r/report.html"));
 }
 
 TEST(Program, AFarmThatDoesNotAnswerEndsWithFive) {

@@ -73,6 +73,11 @@ TEST_F(CompileTrialTest, ADeathNamesTheSceneAndTheSignal) {
   EXPECT_NE(Run().find("cannot be started"), std::string::npos);
 }
 
+TEST_F(CompileTrialTest, CtrlCInTheTerminalIsTheWorkersAlone) {
+  Instead("test $(ps -o pgid= $$) -eq $$ && exit 7");
+  EXPECT_NE(Run().find("code 7"), std::string::npos) << "it must lead a group of its own";
+}
+
 TEST_F(CompileTrialTest, AStopRequestEndsIt) {
   Instead("exec sleep 1000");
   std::thread other([&] { stop.Request(); });

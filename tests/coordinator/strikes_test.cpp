@@ -77,6 +77,7 @@ TEST_F(Strikes, LossesCountOnceAtATimeAndNotBeyondAResult) {
   EXPECT_EQ(client->GetJob(id).phase, JobPhase::kRunning);
   EXPECT_EQ(first.Render(*unit), ContributionOutcome::kCommitted) << "late, and taken all the same";
   lose(1);
+  EXPECT_EQ(first.Render(*unit), ContributionOutcome::kCovered) << "again, which finishes nothing";
   lose(1);
   EXPECT_EQ(client->GetJob(id).phase, JobPhase::kRunning) << "a result came in between";
   lose(1);

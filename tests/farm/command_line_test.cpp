@@ -78,6 +78,19 @@ TEST_F(FarmCommands, EveryPointIsMeasuredAgainstTheReference) {
   EXPECT_EQ(small.code, 2) << small.err;
 }
 
+TEST_F(FarmCommands, AWorkerRendersAJobOnAsManyThreadsAsBothAllow) {
+  for (auto& worker : workers_) worker.Kill();
+  StartWorker({}, 3);
+  const Image expected = RenderHere(box_, BoxJob("path", 4)).image;
+  const std::string submit = "lodestar submit scene/box.pbrt --method path --spp 4 --seed 7 --json -o out/box.exr ";
+  for (const auto& [asked, on] : {std::pair{"", "3 of 3"}, {"--threads 2", "2 of 3"}, {"--threads 5", "3 of 3"}}) {
+    std::filesystem::resize_file(folder_.path() / "workers.log", 0);
+    EXPECT_EQ(Json(Shell(submit + asked))["phase"], "done");
+    EXPECT_THAT(Log(), HasSubstr(std::string("to render on ") + on + " threads")) << asked;
+    EXPECT_EQ(ReadImageFile(folder_.path() / "out/box.exr").pixels, expected.pixels) << asked;
+  }
+}
+
 TEST_F(FarmCommands, ACancelledJobEndsItsWatchWithSix) {
   const Ran submitted = Shell("lodestar submit scene/box.pbrt --method path --spp 1000000");
   ASSERT_EQ(submitted.code, 0) << submitted.err;
@@ -89,6 +102,43 @@ TEST_F(FarmCommands, ACancelledJobEndsItsWatchWithSix) {
   EXPECT_EQ(watched.code, 6);
   EXPECT_THAT(watched.err, HasSubstr(id + " cancelled"));
   EXPECT_EQ(Shell("lodestar cancel job-99").code, 6) << "there is none";
+}
+
+TEST_F(FarmCommands, CancellingSaysWhatBecameOfEachJob) {
+  const std::string done = Json(Shell("lodestar submit scene/box.pbrt --method path --spp 1 --watch --json"))["job"];
+  const std::string submitted = Shell("lodestar submit scene/box.pbrt --method path --spp 1000000").out;
+  const std::string running = submitted.substr(0, submitted.find('\n'));
+  const Ran cancelled = Shell("lodestar cancel job-99 " + done + " " + running);
+  EXPECT_EQ(cancelled.code, 6);
+  EXPECT_THAT(cancelled.err, HasSubstr("job-99"));
+  EXPECT_EQ(cancelled.out, done + " had ended before: done\ncancelled " + running + "\n");
+  const Ran again = Shell("lodestar cancel job-99 --json " + done + " " + running);
+  EXPECT_EQ(nlohmann::json::parse(again.out), (nlohmann::json{{"cancelled", {running}}, {"ended", {done}}}));
+}
+
+TEST_F(FarmCommands, AWatchEndsAtOnceWhateverTheJobWaitsFor) {
+  for (auto& worker : workers_) worker.Kill();
+  const std::string submitted = Shell("lodestar submit scene/box.pbrt --spp 4").out;
+  const std::string id = submitted.substr(0, submitted.find('\n'));
+  const Ran watched = Shell("timeout -s KILL 30 timeout --foreground --preserve-status -s INT 1 lodestar watch " + id);
+  EXPECT_EQ(watched.code, 130) << watched.err;
+  EXPECT_THAT(watched.err, HasSubstr("lodestar cancel " + id));
+  // Not even the coordinator.
+  coordinator_.Kill();
+  EXPECT_EQ(Shell("timeout -s KILL 30 timeout --foreground --preserve-status -s INT 1 lodestar watch " + id).code, 130);
+}
+
+TEST_F(FarmCommands, TheImageIsWrittenWhateverIsWrongBesides) {
+  ASSERT_EQ(Shell("lodestar render scene/box.pbrt --method path --spp 1 --resolution 8x6 -o small.pfm --quiet").code,
+            0);
+  const std::string id = Json(Shell("lodestar submit scene/box.pbrt --method path --spp 4 --watch --json"))["job"];
+  const Ran small = Shell("lodestar image " + id + " -o a.exr --reference small.pfm");
+  EXPECT_EQ(small.code, 2);
+  EXPECT_THAT(small.err, HasSubstr("8x6"));
+  const Ran nothing = Shell("lodestar image " + id + " -o b.exr --state b.lguide");
+  EXPECT_EQ(nothing.code, 6);
+  EXPECT_THAT(nothing.err, HasSubstr("learns nothing"));
+  for (const char* image : {"a.exr", "b.exr"}) EXPECT_EQ(ReadImageFile(folder_.path() / image).width, 64u) << image;
 }
 
 TEST_F(FarmCommands, WhatIsNotSupportedIsRefusedHereUnlessLenient) {

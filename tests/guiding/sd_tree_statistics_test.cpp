@@ -195,7 +195,7 @@ TEST(SdTreeStatistics, TheWireIsSmall) {
   const auto tree = SmallTree();
   SdTreeStatistics statistics(tree);
   statistics.Record(synthetic::MakeRecords(*tree, synthetic::MovingLobes, 1, 3, 20000), 5);
-  EXPECT_LT(static_cast<double>(statistics.Serialize().size()), 20.0 * static_cast<double>(statistics.touched_slots()));
+  EXPECT_LT(static_cast<double>(statistics.Serialize().size()), 7.5 * static_cast<double>(statistics.touched_slots()));
 }
 
 TEST(SdTreeStatistics, CorruptBytesAreRefusedOrValid) {

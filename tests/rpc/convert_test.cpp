@@ -67,6 +67,7 @@ TEST(Convert, SubmissionsSurvive) {
   JobSubmission s;
   s.name = "night";
   s.priority = -3;
+  s.threads = 2;
   s.scene = Manifest();
   s.client_token = "token";
   s.scene_path = "/home/me/scenes/night.pbrt";
@@ -74,6 +75,7 @@ TEST(Convert, SubmissionsSurvive) {
   const auto back = FromProto(ToProto(s));
   EXPECT_EQ(back.name, s.name);
   EXPECT_EQ(back.priority, s.priority);
+  EXPECT_EQ(back.threads, s.threads);
   EXPECT_EQ(back.scene_path, s.scene_path);
   EXPECT_EQ(back.reference, s.reference);
   EXPECT_EQ(back.scene.main, s.scene.main);

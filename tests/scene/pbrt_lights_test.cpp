@@ -120,6 +120,11 @@ TEST(PbrtLights, RefusesByNameAndPlace) {
        "it takes: L, filename, power, scale, twosided"},
       {"AreaLightSource \"diffuse\" Material \"interface\" Shape \"sphere\"", kNo, "2:48",
        "no surface that could emit"},
+      {"AreaLightSource \"diffuse\" NamedMaterial \"outer\" Shape \"sphere\" "
+       "MakeNamedMaterial \"outer\" \"string type\" \"mix\" \"string materials\" [\"d\" \"inner\"] "
+       "MakeNamedMaterial \"inner\" \"string type\" \"mix\" \"string materials\" [\"i\" \"d\"] "
+       "MakeNamedMaterial \"d\" \"string type\" \"diffuse\" MakeNamedMaterial \"i\" \"string type\" \"interface\"",
+       kNo, "2:49", "or of a mix with it"},
       {"AreaLightSource \"diffuse\" \"bool twosided\" 1", kBad, "2:43", "true or false"},
       {"LightSource \"sun\"", kBad, "2:1", "supported here: point, spot"},
       {"LightSource \"goniometric\" \"string filename\" \"a\"", kNo, "2:1", "use point, spot"},
