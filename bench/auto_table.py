@@ -15,6 +15,7 @@ another method's (mean of its PNG below nine tenths) is therefore marked * and m
 import argparse
 import json
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -82,7 +83,8 @@ def main():
     parser.add_argument("--output", default="out/auto-table", help="folder for what compare writes")
     parser.add_argument("--lodestar", default=str(ROOT / "build/release/bin/lodestar"))
     arguments = parser.parse_args()
-    forced = arguments.methods.split(",")
+    # A piece NAME=VALUE is an option of the method before it, as in `lodestar compare --methods`.
+    forced = re.split(r",(?![^,:]*=)", arguments.methods)
     print("| scene | " + " | ".join(forced + ["auto"]) + " | best forced | auto to best | auto chose |")
     print("| --- |" + " ---: |" * (len(forced) + 1) + " --- | ---: | --- |", flush=True)
     for scene in arguments.scenes:

@@ -26,6 +26,7 @@ LoadedJob::LoadedJob(const JobDescription& description, std::filesystem::path fo
       executor_(compiled_.scene, description.spec, *method_, threads_) {}
 
 LoadedJob::~LoadedJob() {
+  spdlog::info("fetched and read {} states in {:.2f} s", fetched_, fetching_seconds_);
   std::error_code ignored;
   std::filesystem::remove_all(folder_, ignored);
 }
@@ -35,7 +36,10 @@ std::shared_ptr<const State> LoadedJob::StateFor(const ContentHash& hash, WorkCl
   for (const auto& [known, state] : states_) {
     if (known == hash) return state;
   }
+  const auto start = Clock::Steady().Now();
   auto state = method_->ParseState(client.FetchState(hash));
+  fetching_seconds_ += Seconds(Clock::Steady().Now() - start);
+  ++fetched_;
   states_.emplace_front(hash, state);
   if (states_.size() > 2) states_.pop_back();
   return state;

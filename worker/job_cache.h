@@ -34,6 +34,8 @@ class LoadedJob {
   LocalExecutor executor_;
   std::mutex states_mutex_;
   std::list<std::pair<ContentHash, std::shared_ptr<const State>>> states_;
+  uint64_t fetched_ = 0;  // with the time that it took, for the log
+  double fetching_seconds_ = 0;
 };
 
 class JobCache {

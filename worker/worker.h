@@ -78,7 +78,7 @@ class Worker {
   std::optional<Gathered> gathered_;  // of the rendering thread
   // Of the rendering thread, and of the delivering one: what the log says at the end.
   uint64_t leases_ = 0, deliveries_made_ = 0, delivered_bytes_ = 0;
-  double rendering_seconds_ = 0, fetching_seconds_ = 0, delivering_seconds_ = 0;
+  double rendering_seconds_ = 0, delivering_seconds_ = 0;
 
   std::mutex register_;
   std::mutex mutex_;

@@ -63,8 +63,7 @@ void Worker::RenderLoop() {
     }
   }
   Deliver();
-  spdlog::info("rendered {} leases in {:.2f} s, waited {:.2f} s between them, fetched states in {:.2f} s", leases_,
-               rendering_seconds_, waited, fetching_seconds_);
+  spdlog::info("rendered {} leases in {:.2f} s, waited {:.2f} s between them", leases_, rendering_seconds_, waited);
   {
     std::lock_guard lock(mutex_);
     rendered_ = true;
@@ -121,9 +120,7 @@ void Worker::Render(const Held& held) {
     try {
       Persistently(held.stop.get(), [&] {
         begun.job = jobs_.Load(held.unit.description, *held.stop);
-        const auto start = Clock::Steady().Now();
         begun.state = begun.job->StateFor(unit.state, working_);
-        fetching_seconds_ += Seconds(Clock::Steady().Now() - start);
       });
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::kNotFound || dynamic_cast<const UnreachableError*>(&error)) throw;
