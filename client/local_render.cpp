@@ -1,5 +1,7 @@
 #include "client/local_render.h"
 
+#include <tbb/global_control.h>
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -8,6 +10,7 @@
 #include "client/plot.h"
 #include "client/replay_text.h"
 #include "client/values.h"
+#include "core/base/threads.h"
 #include "core/tracing/local_executor.h"
 
 namespace lodestar {
@@ -50,6 +53,9 @@ void CheckLearns(const CompiledJob& compiled, const JobSpec& job) {
 RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads,
                            const std::shared_ptr<const Image>& reference, const StopToken& stop, ProgressLine& progress,
                            GuideFile* guide) {
+  // Learning's loops too, which are not the executor's.
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<size_t>(threads > 0 ? threads : UsableThreads()));
   MethodFactory make_method = MakeMethod;
   if (guide != nullptr) {
     make_method = [guide](const JobSpec& spec, const Survey& survey) {

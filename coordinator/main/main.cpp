@@ -1,5 +1,6 @@
 // lodestar-coordinator: parses, wires and waits.
 #include <signal.h>
+#include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/log.h"
 #include "core/base/signals.h"
+#include "core/base/threads.h"
 
 namespace {
 
@@ -85,6 +87,9 @@ int main(int argc, char** argv) {
       spdlog::critical("{}", why);
       _exit(4);
     };
+    // TBB knows the machine's cores, not what a control group leaves of them.
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<size_t>(lodestar::UsableThreads()));
     lodestar::Farm farm(farm_options);
     lodestar::Server server(farm, server_options);
     spdlog::info("ready on {}, store {}, epoch {}", server.address(), store, farm.epoch());
