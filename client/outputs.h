@@ -32,7 +32,8 @@ void WriteImage(const std::filesystem::path& path, const Image& image,
 Image ReadImageFile(const std::filesystem::path& path);
 FloatImage ToFloatImage(const Image& image);
 
-// Throws Error(kInvalidInput) where the reference has another size than the render will have.
+// Throws Error(kInvalidInput) where the reference has another size than the render will have, or a pixel that is not
+// finite.
 void CheckReference(const Image& reference, const std::string& path, uint32_t width, uint32_t height);
 
 // Text to a file; beside the name first, then renamed. Throws Error(kIo).

@@ -42,6 +42,15 @@ struct WorkClient::Impl {
     ThrowIfFailed(call(&context), peer);
   }
 
+  // Ends a stream that has sent more than it may.
+  template <class Reader>
+  [[noreturn]] static void Refuse(grpc::ClientContext* context, Reader& reader, const std::string& what,
+                                  uint64_t max_size) {
+    context->TryCancel();
+    (void)reader.Finish();
+    throw Error(ErrorKind::kCorrupt, what + " is larger than " + std::to_string(max_size) + " bytes");
+  }
+
   // Hands each uncompressed chunk to `sink`.
   void ReadAsset(const ContentHash& hash, uint64_t max_size, const std::function<void(std::string_view)>& sink) {
     Sha256Stream sha;
@@ -54,12 +63,7 @@ struct WorkClient::Impl {
       while (reader->Read(&chunk)) {
         const Bytes part = Decompress(chunk.data(), "chunk of asset " + hash.hex, kMaxChunkBytes);
         total += part.size();
-        if (total > max_size) {
-          context->TryCancel();
-          (void)reader->Finish();
-          throw Error(ErrorKind::kCorrupt,
-                      "asset " + hash.hex + " is larger than " + std::to_string(max_size) + " bytes");
-        }
+        if (total > max_size) Refuse(context, *reader, "asset " + hash.hex, max_size);
         sha.Add(part);
         sink(part);
       }
@@ -129,11 +133,7 @@ Bytes WorkClient::FetchState(const ContentHash& hash) {
     bytes.clear();
     while (reader->Read(&chunk)) {
       bytes += chunk.data();
-      if (bytes.size() > kMaxStateBytes) {
-        context->TryCancel();
-        (void)reader->Finish();
-        throw Error(ErrorKind::kCorrupt, "state " + hash.hex + " is larger than any state");
-      }
+      if (bytes.size() > kMaxStateBytes) Impl::Refuse(context, *reader, "state " + hash.hex, kMaxStateBytes);
     }
     return reader->Finish();
   });

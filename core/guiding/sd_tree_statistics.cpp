@@ -221,12 +221,4 @@ uint64_t SdTreeStatistics::touched_leaves() const {
   return count;
 }
 
-uint64_t SdTreeStatistics::touched_slots() const {
-  uint64_t count = 0;
-  ForTouched([&](uint32_t leaf) {
-    for (const ExactSum& sum : slots(leaf)) count += !sum.zero();
-  });
-  return count;
-}
-
 }  // namespace lodestar

@@ -107,7 +107,6 @@ class SdTreeStatistics {
   const Counts& counts() const { return counts_; }
   bool touched(uint32_t leaf) const { return (touched_[leaf / 64] >> (leaf % 64)) & 1; }
   uint64_t touched_leaves() const;
-  uint64_t touched_slots() const;
   const LeafSums& leaf(uint32_t leaf) const { return leaves_[leaf]; }
   // 2 where the state's reconstruction compares two halves of the paths, kept apart; else 1.
   uint32_t halves() const { return halves_; }
