@@ -112,7 +112,7 @@ Directions Watch(const Scene& scene, NeeMode nee, const Guide& guide) {
   PathSettings settings;
   settings.max_depth = scene.max_depth();
   settings.next_event = nee == NeeMode::kAlways && scene.has_lights();
-  const PathKernel<kRecord | kEnvironment, Guide> kernel(scene, settings, guide);
+  const PathKernel<kRecord | kEnvironment | kTextures | kSpecular, Guide> kernel(scene, settings, guide);
   PathCounters counters;
   std::vector<PathVertex> vertices;
   Directions directions;

@@ -36,6 +36,7 @@ class RecordingScene {
   }
   SurfaceInteraction Interaction(const Ray& ray, const Hit& hit) const { return scene_.Interaction(ray, hit); }
   Bsdf BsdfAt(const SurfaceInteraction& si, float u) const { return scene_.BsdfAt(si, u); }
+  const Bsdf& ReadyBsdf(const SurfaceInteraction& si) const { return scene_.ReadyBsdf(si); }
   std::optional<LightSample> SampleLight(Vec3 p, float pick, Vec2 u, LightGroupWeights weights) const {
     return scene_.SampleLight(p, pick, u, weights);
   }
@@ -49,12 +50,12 @@ class RecordingScene {
 };
 
 // Every pixel sample of the image, in the order a render takes them within a tile.
-template <class SceneT>
-double TraceAll(const SceneT& view, const Scene& scene, int passes, PathCounters* counters) {
+template <unsigned kFeatures, class SceneT>
+double TraceWith(const SceneT& view, const Scene& scene, int passes, PathCounters* counters) {
   PathSettings settings;
   settings.max_depth = scene.max_depth();
   const NoGuide guide;
-  const PathKernel<kEnvironment, NoGuide, SceneT> kernel(view, settings, guide);
+  const PathKernel<kFeatures, NoGuide, SceneT> kernel(view, settings, guide);
   double sum = 0;
   const TileGrid grid(static_cast<uint32_t>(scene.resolution_x()), static_cast<uint32_t>(scene.resolution_y()));
   for (uint32_t unit = 0; unit < grid.tile_count(); ++unit) {
@@ -70,6 +71,13 @@ double TraceAll(const SceneT& view, const Scene& scene, int passes, PathCounters
         }
   }
   return sum;
+}
+
+template <class SceneT>
+double TraceAll(const SceneT& view, const Scene& scene, int passes, PathCounters* counters) {
+  return WithFeatures<kEnvironment | kTextures | kSpecular>(KernelFeatures(scene.needs()), [&](auto features) {
+    return TraceWith<features.value>(view, scene, passes, counters);
+  });
 }
 
 // Of the processor, not of the wall: a busy machine disturbs it less.

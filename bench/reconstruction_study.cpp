@@ -158,9 +158,10 @@ class PairedRatio {
     sum_ += ratio, squares_ += ratio * ratio, ++count_;
   }
   double mean() const { return std::exp(sum_ / count_); }
+  // Of two seeds or more.
   double standard_error() const {
     const double mean = sum_ / count_;
-    return std::sqrt(std::max(squares_ / count_ - mean * mean, 0.0) / std::max(count_ - 1, 1.0));
+    return std::sqrt(std::max(squares_ / count_ - mean * mean, 0.0) / (count_ - 1));
   }
 
  private:
@@ -208,8 +209,11 @@ void Study(const char* path, const JobSpec& job, uint64_t seeds, const std::vect
   for (size_t i = 0; i < settings.size(); ++i) {
     const Row& row = rows[i];
     std::printf("| %s | %.4g |", settings[i].name.c_str(), row.error / n);
-    for (const PairedRatio& ratio : {row.errors, row.untrimmed, row.at_equal_time})
-      std::printf(" %.3f | %.1f %% |", ratio.mean(), 100 * ratio.standard_error());
+    for (const PairedRatio& ratio : {row.errors, row.untrimmed, row.at_equal_time}) {
+      std::printf(" %.3f |", ratio.mean());
+      if (seeds > 1) std::printf(" %.1f %%", 100 * ratio.standard_error());
+      std::printf(" |");
+    }
     std::printf(" %.1f %% |\n", 100 * row.learning / n);
   }
   std::fflush(stdout);

@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
   app.add_option("--max-queued", farm_options.max_queued, "Jobs that have not ended; beyond it submitting is refused")
       ->capture_default_str();
   app.add_option("--checkpoint", checkpoint_seconds, "Seconds between checkpoints of a running job")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(0.001, 86400.0))
       ->capture_default_str();
   app.add_option("--lease", lease_seconds, "Seconds after which a worker that is not heard of loses its leases")
       ->check(CLI::Range(0.5, 3600.0))

@@ -210,8 +210,8 @@ struct Tree {
 };
 
 // The tree of the next iteration. `masses` are per slot of `nodes`. A cell above `flux_threshold` of the total splits,
-// its children a quarter each, recursively; an inner node with no more becomes a cell. Total > 0, masses finite and not
-// negative.
+// its children a quarter each, recursively; an inner node with no more becomes a cell. Level by level: where kMaxNodes
+// are not enough, the finest cells are left whole. Total > 0, masses finite and not negative.
 Tree Rebuild(const DirectionalNode* nodes, uint32_t node_count, std::vector<double> masses, double flux_threshold,
              int max_depth);
 

@@ -52,6 +52,7 @@ class AutoMethod final : public Method {
                                        const IterationResult& result) const override;
   uint64_t IterationPasses(const State& state, uint32_t iteration) const override;
   Active ActiveUnder(const std::shared_ptr<const State>& state) const override;
+  uint32_t candidates() const override { return static_cast<uint32_t>(candidates_.size()); }
   bool Decided(const State& state) const override;
   std::string Explain(const State& state) const override;
 

@@ -130,6 +130,7 @@ class LoopCheckpoint {
       film.film = Film::Read(in);
       if (film.film.width() != loop->grid_.width() || film.film.height() != loop->grid_.height())
         in.Fail("has a film of another size than its job's");
+      if (film.candidate >= loop->method_->candidates()) in.Fail("has a film of no candidate");
       loop->films_.push_back(std::move(film));
     }
     if (loop->films_.back().iteration != loop->iteration_ ||

@@ -94,6 +94,8 @@ class Method {
     uint32_t candidate = 0;  // its number among those that are chosen from
   };
   virtual Active ActiveUnder(const std::shared_ptr<const State>& state) const { return {this, state}; }
+  // How many it chooses from.
+  virtual uint32_t candidates() const { return 1; }
 
   // Options that were left to the method and that it derived from the budget: as it decided, for a replay of the job by
   // passes, which has another budget.

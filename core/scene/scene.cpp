@@ -61,6 +61,9 @@ bool Scene::Unoccluded(const Ray& ray) const {
 Bsdf Scene::BsdfAt(const SurfaceInteraction& si, float u_mix) const {
   return impl_->materials.At(si.material, si.uv, u_mix);
 }
+const Bsdf& Scene::ReadyBsdf(const SurfaceInteraction& si) const {
+  return impl_->materials.Ready(si.material);
+}
 
 bool Scene::has_lights() const {
   return !impl_->lights.empty();

@@ -21,8 +21,8 @@
 
 namespace lodestar {
 
-// What the scene contains, for reports. The path kernel is compiled with and without `environment`; everything else it
-// meets at run time.
+// What the scene contains: for reports, and for the choice among the variants of the path kernel
+// (core/tracing/path_kernel.h).
 struct SceneNeeds {
   bool textures = false, alpha = false, environment = false, delta_lobes = false, smooth_lobes = true,
        transmission = false;
@@ -55,6 +55,8 @@ class Scene {
   // ---- surfaces ----
   // wo: local to si.shading; `u_mix` in [0,1) resolves mix materials.
   Bsdf BsdfAt(const SurfaceInteraction& si, float u_mix) const;
+  // The same, of a material without textures that is no mix; any material where the scene needs neither.
+  const Bsdf& ReadyBsdf(const SurfaceInteraction& si) const;
 
   // ---- lights ----
   bool has_lights() const;

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "core/base/check.h"
 #include "core/scene/bsdf.h"
 #include "core/scene/description.h"
 #include "core/scene/textures.h"
@@ -20,6 +21,11 @@ class MaterialTable {
   Bsdf At(uint32_t material, Vec2 uv, float u_mix) const {
     const Material& m = materials_[material];
     return m.recipe == Recipe::kReady ? m.ready : Cook(m, uv, u_mix);
+  }
+  // Of a material that is neither textured nor a mix.
+  const Bsdf& Ready(uint32_t material) const {
+    LODESTAR_DCHECK(materials_[material].recipe == Recipe::kReady);
+    return materials_[material].ready;
   }
 
   // What the materials of a scene may do, over-approximated where textures decide.

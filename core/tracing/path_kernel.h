@@ -6,6 +6,7 @@
 // "Practical Path Guiding in Production", eq. 5); delta lobes are drawn by the BSDF alone.
 #pragma once
 
+#include <type_traits>
 #include <vector>
 
 #include "core/learning/roulette.h"
@@ -19,8 +20,28 @@ namespace lodestar {
 enum KernelFeature : unsigned {
   kRecord = 1,       // vertices are kept for the next state
   kEnvironment = 2,  // rays that leave the scene meet light
+  kTextures = 4,     // some BSDFs are made at the hit, from textures or of a mix's parts
+  kSpecular = 8,     // some surfaces have delta lobes, or let the ray pass (interfaces)
 };
-inline constexpr unsigned kKernelVariants = 4;
+inline constexpr unsigned kKernelVariants = 16;
+
+// All but kRecord, which the round decides. Alpha is not among them: meshes that have it bring their filter to the
+// intersector, others pay nothing (accelerator.cpp).
+inline unsigned KernelFeatures(const SceneNeeds& needs) {
+  return (needs.environment ? kEnvironment : 0u) | (needs.textures || needs.mix ? kTextures : 0u) |
+         (needs.delta_lobes || needs.interfaces ? kSpecular : 0u);
+}
+
+// Calls `call` with these features as a std::integral_constant. Those outside kMask have no variants.
+template <unsigned kMask, unsigned kFeatures = 0, class Call>
+auto WithFeatures(unsigned features, Call&& call) {
+  if constexpr (kFeatures + 1 < kKernelVariants) {
+    constexpr unsigned kNext = ((kFeatures | ~kMask) + 1) & kMask;  // counts through the mask's bits
+    if constexpr (kNext > kFeatures)
+      if (kFeatures != (features & kMask)) return WithFeatures<kMask, kNext>(features, std::forward<Call>(call));
+  }
+  return call(std::integral_constant<unsigned, kFeatures>());
+}
 
 struct PathSettings {
   int max_depth = 5;  // bounces; as pbrt's maxdepth
@@ -110,6 +131,7 @@ template <unsigned kFeatures, class Guide, class SceneT>
 Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, float pixel, Sampler& sampler,
                                                 PathCounters* counters, std::vector<PathVertex>* vertices) const {
   constexpr bool kGuided = Guide::kGuides, kRecording = (kFeatures & kRecord) != 0;
+  constexpr bool kHasTextures = (kFeatures & kTextures) != 0, kHasSpecular = (kFeatures & kSpecular) != 0;
   Ray ray{camera_ray.origin, camera_ray.direction, kInfinity};
   Rgb radiance, beta(1);
   // What roulette looks at: the throughput this path would have if its directions had come from the BSDFs. A guide
@@ -164,8 +186,14 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     }
     sampler.StartAt(kFirstVertexPair + static_cast<uint32_t>(depth) * kPairsPerVertex);
     const Vec2 u_mix = sampler.Next2D(), u_choice = sampler.Next2D(), u_direction = sampler.Next2D();
-    const Bsdf bsdf = scene_.BsdfAt(si, u_mix.y);
-    if (bsdf.kind() == Bsdf::Kind::kNone) {
+    const Bsdf& bsdf = [&]() -> decltype(auto) {
+      if constexpr (kHasTextures) {
+        return scene_.BsdfAt(si, u_mix.y);
+      } else {
+        return scene_.ReadyBsdf(si);
+      }
+    }();
+    if (kHasSpecular && bsdf.kind() == Bsdf::Kind::kNone) {
       // An interface without a medium: the ray goes on as if it were not there. Bounded, should a path graze a stack of
       // them for ever.
       if constexpr (kRecording)
@@ -184,7 +212,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
 
     // Light that reaches it straight from a source.
     const Vec3 wo = si.shading.ToLocal(-ray.direction);
-    const bool smooth = bsdf.HasSmoothLobes();
+    const bool smooth = !kHasSpecular || bsdf.HasSmoothLobes();
     const Local at = smooth ? guide_.At(si, bsdf, wo) : Local{};
     DirectSample direct;
     if (smooth && settings_.next_event) direct = DirectLight(si, bsdf, wo, at, u_choice.y, sampler.Next2D(), counters);
@@ -199,7 +227,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       const float u_lobe = kGuided ? std::min(u_choice.x / at.bsdf_fraction, kOneMinusEpsilon) : u_choice.x;
       if (const auto sample = bsdf.Sample(wo, u_lobe, u_direction)) {
         wi = si.shading.ToWorld(sample->wi);
-        delta = sample->delta;
+        delta = kHasSpecular && sample->delta;
         eta = sample->eta;
         alpha = sample->alpha;
         bsdf_pdf = sample->pdf;

@@ -2,7 +2,6 @@
 // instantiated once a guide, in the guide's *_tracer.cpp.
 #pragma once
 
-#include <array>
 #include <utility>
 
 #include "core/film/pixel_filter.h"
@@ -28,10 +27,12 @@ class PathTracer final : public Tracer {
         grid_(static_cast<uint32_t>(scene_->resolution_x()), static_cast<uint32_t>(scene_->resolution_y())) {}
 
   bool Execute(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const override {
-    return Dispatch<ExecuteCall>(round.record, round, unit, stop, into);
+    return WithFeatures<kMask>(Features(round.record), [&](auto features) {
+      return ExecuteWith<features.value>(round, unit, stop, into);
+    });
   }
   Rgb TraceSample(uint32_t x, uint32_t y, uint32_t pass, bool record) const override {
-    return Dispatch<TraceCall>(record, x, y, pass);
+    return WithFeatures<kMask>(Features(record), [&](auto features) { return TraceWith<features.value>(x, y, pass); });
   }
 
  private:
@@ -43,26 +44,8 @@ class PathTracer final : public Tracer {
   Rgb Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, uint32_t pass, Sampler& sampler,
              float* filter_weight, PathCounters* counters, std::vector<PathVertex>* vertices) const;
 
-  // Calls the variant that the scene and the round need.
-  struct ExecuteCall {
-    template <unsigned kFeatures>
-    static constexpr auto kFunction = &PathTracer::ExecuteWith<kFeatures>;
-  };
-  struct TraceCall {
-    template <unsigned kFeatures>
-    static constexpr auto kFunction = &PathTracer::TraceWith<kFeatures>;
-  };
-  template <class Call, class... Arguments>
-  auto Dispatch(bool record, Arguments&&... arguments) const {
-    constexpr unsigned kVariants = Guide::kRecords ? kKernelVariants : kEnvironment + 1;
-    static constexpr auto kTable = []<unsigned... kF>(std::integer_sequence<unsigned, kF...>) {
-      return std::array{Call::template kFunction<(Guide::kRecords ? kF : kF & kEnvironment)>...};
-    }
-    (std::make_integer_sequence<unsigned, kVariants>{});
-    const unsigned features =
-        (Guide::kRecords && record ? kRecord : 0u) | (scene_->needs().environment ? kEnvironment : 0u);
-    return (this->*kTable[features])(std::forward<Arguments>(arguments)...);
-  }
+  static constexpr unsigned kMask = Guide::kRecords ? kKernelVariants - 1 : (kKernelVariants - 1) & ~kRecord;
+  unsigned Features(bool record) const { return KernelFeatures(scene_->needs()) | (record ? kRecord : 0u); }
 
   std::shared_ptr<const Scene> scene_;
   uint64_t seed_;

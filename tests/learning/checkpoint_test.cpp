@@ -125,5 +125,23 @@ TEST(Checkpoint, ForgedContentDoesNotCrash) {
   EXPECT_GT(read, 50);
 }
 
+// A method that chooses looks its candidates up by their numbers.
+TEST(Checkpoint, AFilmOfNoCandidateIsRefused) {
+  Loop loop(SyntheticJob("auto", 0), SyntheticSurvey());
+  const Bytes bytes = loop.Checkpoint(), state = loop.state()->Serialize();
+  ByteWriter forged = OpenDocument(DocumentMagic("LDCP"), 4);
+  Bytes content = bytes.substr(8, bytes.size() - 16);
+  // After the state: the position (six counts, flags and six times), the number of films, the first one's iteration.
+  const size_t at = content.find(state) + state.size() + 76 + 8 + 4;
+  content[at] = 9;
+  for (const char c : content) forged.Put(c);
+  try {
+    Loop::Restore(Seal(std::move(forged)));
+    FAIL() << "was read";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("film of no candidate"), std::string::npos) << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace lodestar
