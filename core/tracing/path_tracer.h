@@ -27,9 +27,8 @@ class PathTracer final : public Tracer {
         grid_(static_cast<uint32_t>(scene_->resolution_x()), static_cast<uint32_t>(scene_->resolution_y())) {}
 
   bool Execute(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const override {
-    return WithFeatures<kMask>(Features(round.record), [&](auto features) {
-      return ExecuteWith<features.value>(round, unit, stop, into);
-    });
+    return WithFeatures<kMask>(Features(round.record),
+                               [&](auto features) { return ExecuteWith<features.value>(round, unit, stop, into); });
   }
   Rgb TraceSample(uint32_t x, uint32_t y, uint32_t pass, bool record) const override {
     return WithFeatures<kMask>(Features(record), [&](auto features) { return TraceWith<features.value>(x, y, pass); });

@@ -2,7 +2,10 @@
 // is nothing that its scenes would have met. Paths keep their bits.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <iterator>
 
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/path_kernel.h"
@@ -35,7 +38,7 @@ struct Part {
   unsigned feature;
   const char* text;
 };
-// A lit box with a wall for each part; all three of the last need kSpecular, the two before them kTextures.
+// What a lit corner may have beside its two diffuse walls.
 constexpr Part kParts[] = {
     {kEnvironment, R"(LightSource "infinite" "rgb L" [0.3 0.4 0.5])"},
     {kTextures, R"(Texture "squares" "spectrum" "checkerboard" "float uscale" [5] "float vscale" [5]
@@ -50,7 +53,11 @@ Shape "sphere" "float radius" [0.5] AttributeEnd)"},
 Shape "sphere" "float radius" [0.6] AttributeEnd)"},
     {kSpecular, R"(AttributeBegin Material "coateddiffuse" "float roughness" [0] Translate 1 -0.8 1
 Shape "sphere" "float radius" [0.4] AttributeEnd)"},
-    {kSpecular, R"(AttributeBegin Material "interface" Translate 0 0 1
+    // An interface alone is no surface at all.
+    {kTextures | kSpecular, R"(MakeNamedMaterial "nothing" "string type" "interface"
+MakeNamedMaterial "white" "string type" "diffuse"
+MakeNamedMaterial "gauze" "string type" "mix" "string materials" ["nothing" "white"] "float amount" [0.3]
+AttributeBegin NamedMaterial "gauze" Translate 0 0 1
 Shape "sphere" "float radius" [1.7] AttributeEnd)"},
 };
 constexpr int kPartSets = 1 << std::size(kParts);
@@ -60,9 +67,10 @@ std::shared_ptr<const Scene> SceneOf(int set) {
 LookAt 0 0 6  0 0 0  0 1 0
 Camera "perspective" "float fov" [50]
 WorldBegin
-AttributeBegin AreaLightSource "diffuse" "rgb L" [8 8 8] Translate 0 0 5 ReverseOrientation
+AttributeBegin AreaLightSource "diffuse" "rgb L" [8 8 8] Translate 0 4 3 ReverseOrientation
 Shape "disk" "float radius" [1] AttributeEnd
-Shape "disk" "float radius" [3] "float height" [-0.5]
+Shape "disk" "float radius" [4] "float height" [-0.5]
+AttributeBegin Translate 3 0 0 Rotate 90 0 1 0 Shape "disk" "float radius" [4] AttributeEnd
 )";
   for (size_t i = 0; i < std::size(kParts); ++i)
     if (set >> i & 1) text += std::string(kParts[i].text) + "\n";
@@ -88,7 +96,9 @@ Traced Trace(const Scene& scene) {
         const Vec2 u = sampler.Next2D();
         traced.radiance.push_back(kernel.Trace(scene.camera().Generate({float(x) + u.x, float(y) + u.y}, {}), 0,
                                                sampler, &traced.counters, &path));
-        traced.vertices.insert(traced.vertices.end(), path.begin(), path.end());
+        // Without an environment nothing is kept of a path that left the scene.
+        std::ranges::copy_if(path, std::back_inserter(traced.vertices),
+                             [](const PathVertex& v) { return std::isfinite(v.distance) || !IsBlack(v.emitted); });
       }
   return traced;
 }
@@ -112,8 +122,8 @@ TEST_P(KernelVariants, ASceneGetsTheSmallestThatHoldsItsNeedsAndLosesNothing) {
   const unsigned needed = KernelFeatures(scene->needs());
   ASSERT_EQ(needed, expected);
   const Traced all = Trace<kKernelVariants - 1>(*scene);
-  const Traced own = WithFeatures<kKernelVariants - 1>(
-      needed | kRecord, [&](auto features) { return Trace<features.value>(*scene); });
+  const Traced own =
+      WithFeatures<kKernelVariants - 1>(needed | kRecord, [&](auto features) { return Trace<features.value>(*scene); });
   ASSERT_EQ(own.vertices.size(), all.vertices.size());
   EXPECT_EQ(own.counters.rays, all.counters.rays);
   size_t lit = 0;
