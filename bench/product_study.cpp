@@ -1,17 +1,19 @@
 // The experiment of Diolatzis et al. 2020, section 4, on scenes of one's own: what product guiding changes in the error
 // at equal samples and in the time to equal error.
 //
-//   build/release/bin/product_study papers|defaults WIDTHxHEIGHT SPP SEEDS REFERENCE_SPP SCENE.pbrt...
+//   build/release/bin/product_study papers|adrrs|defaults WIDTHxHEIGHT SPP SEEDS REFERENCE_SPP SCENE.pbrt...
 //
-// papers: the 2019 settings without next event estimation, as in the document; defaults: ours, with it. L1 is against a
-// reference by our defaults, rendered first, relMSE is estimated from the pixels' variances; both at SPP samples a
-// pixel, training included. CPU is time of one thread, learning included, the least over the seeds. The time to
-// equal L1 changes by the square of the ratio of L1 times that of the CPU time. Ratios are of means over the seeds;
+// papers: the 2019 settings without next event estimation; adrrs: these with roulette by the pixel's expectation, as
+// the document had it (section 4); defaults: ours, with next event estimation. L1 is against a reference by our
+// defaults, rendered first, relMSE is estimated from the pixels' variances; both at SPP samples a pixel, training
+// included. CPU is time of one thread, learning included, the least over the seeds. The time to equal L1 changes by the
+// square of the ratio of L1 times that of the CPU time. Ratios are of means over the seeds;
 // "+-" is the standard deviation of the ratios of single seeds.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -118,14 +120,17 @@ int Run(int argc, char** argv) {
   JobSpec job;
   job.method = "sdtree";
   job.filter = "box";
-  Options plain;
-  if (argc > 1 && std::strcmp(argv[1], "papers") == 0) plain = {{"preset", "2019"}, {"nee", "never"}};
+  const std::map<std::string, Options> settings = {
+      {"papers", {{"preset", "2019"}, {"nee", "never"}}},
+      {"adrrs", {{"preset", "2019"}, {"nee", "never"}, {"roulette", "pixel"}}},
+      {"defaults", {}}};
+  const auto plain = argc > 1 ? settings.find(argv[1]) : settings.end();
   const auto number = [&](int i) { return argc > i ? std::strtol(argv[i], nullptr, 10) : 0; };
   const long spp = number(3), seeds = number(4), reference_spp = number(5), scenes = argc - 6;
-  if (scenes < 1 || spp < 1 || seeds < 1 || reference_spp < 1 ||
-      (plain.empty() && std::strcmp(argv[1], "defaults") != 0) ||
+  if (scenes < 1 || spp < 1 || seeds < 1 || reference_spp < 1 || plain == settings.end() ||
       std::sscanf(argv[2], "%ux%u", &job.resolution_x, &job.resolution_y) != 2) {
-    std::fprintf(stderr, "usage: product_study papers|defaults WIDTHxHEIGHT SPP SEEDS REFERENCE_SPP SCENE.pbrt...\n");
+    std::fprintf(stderr,
+                 "usage: product_study papers|adrrs|defaults WIDTHxHEIGHT SPP SEEDS REFERENCE_SPP SCENE.pbrt...\n");
     return 2;
   }
   std::printf(
@@ -135,7 +140,7 @@ int Run(int argc, char** argv) {
       argv[1], argv[2], spp, seeds);
   Logarithms sums;
   for (int i = 6; i < argc; ++i)
-    Study(argv[i], job, plain, static_cast<uint64_t>(spp), static_cast<uint64_t>(seeds),
+    Study(argv[i], job, plain->second, static_cast<uint64_t>(spp), static_cast<uint64_t>(seeds),
           static_cast<uint64_t>(reference_spp), &sums);
   const auto mean = [&](double sum) { return std::exp(sum / static_cast<double>(scenes)); };
   std::printf("| geometric mean | %.3f | %.3f | x %.3f | | %.3f | %.3f | %.3f |\n", mean(sums.l1), mean(sums.relmse),

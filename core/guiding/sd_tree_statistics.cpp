@@ -90,10 +90,11 @@ void SdTreeStatistics::Record(const LightRecord& r) {
 void SdTreeStatistics::AddFraction(const SdTreeRecord& r) {
   const auto loss = tree_->options().bsdf_fraction_loss;
   // Beside a uniform tree the BSDF always looks better; what is learned then would be wrong for the tree that comes.
+  // Nor does a vertex tell anything that was not guided, whose density is the BSDF's alone. What a guided one found
+  // where the tree has no density does: only the BSDF reaches it.
   const float product = Product(r);
-  if (loss == SdTreeOptions::BsdfFractionLoss::kNone || !tree_->HasLearned(r.leaf) || !(product > 0) ||
-      !(r.tree_pdf > 0))
-    return;
+  const bool guided = r.tree_pdf > 0 || r.pdf < r.bsdf_pdf;
+  if (loss == SdTreeOptions::BsdfFractionLoss::kNone || !tree_->HasLearned(r.leaf) || !(product > 0) || !guided) return;
   Touch(r.leaf);
   leaves_[r.leaf].fraction.Add(loss, std::min(product, std::numeric_limits<float>::max()), r.pdf, r.bsdf_pdf,
                                r.tree_pdf);

@@ -152,6 +152,33 @@ TEST(Advance, LearnsTheFraction) {
   EXPECT_EQ(Train(training, 3)->BsdfFraction(0), 0.5f);
 }
 
+// Light where the tree has no density is the BSDF's alone to find: it speaks for the BSDF. A vertex whose direction was
+// not guided says nothing.
+TEST(Advance, WhatOnlyTheBsdfFindsRaisesItsFraction) {
+  Training training;
+  training.options.spatial_threshold = 100000;
+  const auto tree = Train(training, 4);
+  ASSERT_EQ(tree->leaf_count(), 1u);
+  const float alpha = tree->BsdfFraction(0);
+  // After 2000 records as they come, and as many more of these densities.
+  const auto learned = [&](float tree_pdf, bool guided) {
+    SdTreeStatistics statistics(tree);
+    statistics.Record(synthetic::MakeRecords(*tree, training.field, training.scale, 5, 2000), 1);
+    auto more = synthetic::MakeRecords(*tree, training.field, training.scale, 6, 2000);
+    for (SdTreeRecord& r : more) {
+      r.tree_pdf = tree_pdf;
+      r.pdf = guided ? alpha * r.bsdf_pdf + (1 - alpha) * tree_pdf : r.bsdf_pdf;
+    }
+    statistics.Record(more, 2);
+    return Advance(*tree, statistics, 64)->BsdfFraction(0);
+  };
+  const float unguided = learned(0, false);
+  EXPECT_LT(unguided, 0.3f);
+  EXPECT_GT(learned(0, true), unguided + 0.2f);
+  // No density and next to none are the same.
+  EXPECT_NEAR(learned(0, true), learned(1e-6f, true), 1e-3f);
+}
+
 TEST(Advance, OneRecordIsEnoughForTheStructure) {
   SdTreeOptions options;
   options.min_records = 1;
