@@ -28,8 +28,8 @@ struct Sample {
   HealthReport health;  // of the pixel's tile in this pass
 };
 
-// Renders the job's rounds up to the one that holds the sample, so that its state is the one that was in use, then the
-// sample alone.
+// Renders the job's rounds up to the sample's, or its last iteration's first, so that its state is the one that was in
+// use; then the sample alone.
 class ReplayExecutor final : public Executor {
  public:
   ReplayExecutor(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method,
@@ -45,10 +45,11 @@ class ReplayExecutor final : public Executor {
 
   std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
                                       const StopToken& stop) override {
-    const bool here =
-        round.iteration == iteration_ && pass_ >= round.first_pass && pass_ < round.first_pass + round.passes;
-    // A method that learns nothing has the same state in every round: no earlier one need be rendered.
-    if (!here && method_.NewStatistics(state)) return local_.Execute(state, round, stop);
+    // The last iteration, which does not record, takes all passes that are left, under one state: none of them need be
+    // rendered first.
+    const bool here = round.iteration == iteration_ && pass_ >= round.first_pass &&
+                      (!round.record || pass_ < round.first_pass + round.passes);
+    if (!here) return local_.Execute(state, round, stop);
     Round single = round;
     single.first_pass = pass_;
     single.passes = 1;

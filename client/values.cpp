@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/base/picture_size.h"
 
 namespace lodestar {
 namespace {
@@ -93,10 +94,10 @@ std::string FormatDuration(double seconds) {
 
 Resolution ParseResolution(std::string_view text) {
   const auto pair = ParsePair(text, 'x');
-  if (!pair || pair->x == 0 || pair->y == 0 || pair->x > 65536 || pair->y > 65536) {
-    throw Error(ErrorKind::kInvalidInput,
-                "'" + std::string(text) +
-                    "' is not a resolution; write WIDTHxHEIGHT with 1 to 65536 pixels each, e.g. 640x360");
+  if (!pair || pair->x == 0 || pair->y == 0 || pair->x > kMaxSide || pair->y > kMaxSide) {
+    throw Error(ErrorKind::kInvalidInput, "'" + std::string(text) +
+                                              "' is not a resolution; write WIDTHxHEIGHT with 1 to " +
+                                              std::to_string(kMaxSide) + " pixels each, e.g. 640x360");
   }
   return *pair;
 }

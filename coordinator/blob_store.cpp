@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "coordinator/crash_point.h"
+#include "core/base/check.h"
 #include "core/base/log.h"
 #include "rpc/sha256_stream.h"
 #include "rpc/status.h"
@@ -22,6 +23,23 @@ namespace {
   const std::string text = path.string() + " could not be " + doing + ": " + std::strerror(code);
   if (code == ENOSPC || code == EDQUOT) throw ExhaustedError(text + "; free some space on the store's disk");
   throw Error(ErrorKind::kIo, text);
+}
+
+// What a purpose leaves of the reserve.
+struct Claim {
+  uint64_t quarters;
+  const char *kept_for, *then;
+};
+Claim ClaimOf(BlobStore::For purpose) {
+  switch (purpose) {
+    case BlobStore::For::kClient:
+      return {4, "running jobs need", " and submit again"};
+    case BlobStore::For::kCheckpoint:
+      return {2, "results need", ""};
+    case BlobStore::For::kResult:
+      return {1, "the table of jobs needs", ""};
+  }
+  LODESTAR_CHECK(false);
 }
 
 void SyncFolder(const fs::path& folder) {
@@ -78,7 +96,7 @@ int64_t BlobStore::Now() const {
       .count();
 }
 
-void BlobStore::CheckSpace(uint64_t bytes) const {
+void BlobStore::CheckSpace(uint64_t bytes, For purpose) const {
   uint64_t available = 0;
   if (options_.free_bytes) {
     available = options_.free_bytes();
@@ -87,17 +105,19 @@ void BlobStore::CheckSpace(uint64_t bytes) const {
     if (statvfs(folder_.c_str(), &status) != 0) Fail(folder_, "asked for its free space");
     available = uint64_t{status.f_bavail} * status.f_frsize;
   }
-  if (available < options_.reserve_bytes || available - options_.reserve_bytes < bytes) {
+  const Claim claim = ClaimOf(purpose);
+  const uint64_t kept = options_.reserve_bytes / 4 * claim.quarters;
+  if (available < kept || available - kept < bytes) {
     throw ExhaustedError("the coordinator's disk is nearly full: " + std::to_string(bytes >> 20) +
-                         " MiB more would leave less than the " + std::to_string(options_.reserve_bytes >> 20) +
-                         " MiB that running jobs need (" + std::to_string(available >> 20) + " MiB are free in " +
-                         folder_.string() + "); free some space there and submit again");
+                         " MiB more would leave less than the " + std::to_string(kept >> 20) + " MiB that " +
+                         claim.kept_for + " (" + std::to_string(available >> 20) + " MiB are free in " +
+                         folder_.string() + "); free some space there" + claim.then);
   }
 }
 
-std::unique_ptr<BlobStore::Writer> BlobStore::NewWriter(const ContentHash& hash, uint64_t size) {
+std::unique_ptr<BlobStore::Writer> BlobStore::NewWriter(const ContentHash& hash, uint64_t size, For purpose) {
   FileOf(hash);
-  CheckSpace(size);
+  CheckSpace(size, purpose);
   auto impl = std::make_unique<Writer::Impl>();
   impl->store = this;
   impl->hash = hash;
@@ -145,10 +165,10 @@ void BlobStore::Writer::Commit() {
   CrashPoint("blob-committed");
 }
 
-ContentHash BlobStore::Put(std::string_view bytes) {
+ContentHash BlobStore::Put(std::string_view bytes, For purpose) {
   const ContentHash hash = Sha256(bytes);
   if (!Have({hash}).empty()) return hash;
-  auto writer = NewWriter(hash, bytes.size());
+  auto writer = NewWriter(hash, bytes.size(), purpose);
   writer->Append(bytes);
   writer->Commit();
   return hash;

@@ -16,11 +16,18 @@ namespace lodestar {
 class BlobStore {
  public:
   struct Options {
-    uint64_t reserve_bytes =
-        uint64_t{256} << 20;  // of the disk: writes that would leave less are refused, long before SQLite's would fail
+    // Of the disk, kept free of uploads for jobs that run; how much of it what a job writes must leave: For.
+    uint64_t reserve_bytes = uint64_t{256} << 20;
     std::chrono::milliseconds grace = std::chrono::minutes(10);  // an unneeded blob lives this long after its last use
     std::function<uint64_t()> free_bytes;                        // injected by tests; empty: asks the file system
     std::function<int64_t()> now_unix_ms;                        // injected by tests; empty: the system's clock
+  };
+  // What is written where the disk is nearly full: what cannot be had again may take more of the reserve. What would
+  // leave less than its part is refused, long before SQLite's writes would fail.
+  enum class For {
+    kClient,      // uploads and submissions leave all of the reserve
+    kCheckpoint,  // leaves half of it: without one a job goes on
+    kResult,      // leaves a quarter: without it the job was in vain
   };
   BlobStore(const std::filesystem::path& folder, JobStore& store, Options options);
 
@@ -38,8 +45,9 @@ class BlobStore {
     explicit Writer(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> impl_;
   };
-  std::unique_ptr<Writer> NewWriter(const ContentHash& hash, uint64_t size);
-  ContentHash Put(std::string_view bytes);
+  // Both throw ExhaustedError as CheckSpace does.
+  std::unique_ptr<Writer> NewWriter(const ContentHash& hash, uint64_t size, For purpose = For::kClient);
+  ContentHash Put(std::string_view bytes, For purpose = For::kClient);
 
   std::vector<ContentHash> Have(const std::vector<ContentHash>& hashes);
   // Throws Error(kNotFound).
@@ -49,8 +57,8 @@ class BlobStore {
   void Drop(const ContentHash& hash);
   // Removes what no job needs; returns how many.
   size_t Collect();
-  // Throws ExhaustedError where `bytes` more would eat into the reserve.
-  void CheckSpace(uint64_t bytes) const;
+  // Throws ExhaustedError where `bytes` more would leave less of the reserve than they must.
+  void CheckSpace(uint64_t bytes, For purpose = For::kClient) const;
 
  private:
   std::filesystem::path FileOf(const ContentHash& hash) const;

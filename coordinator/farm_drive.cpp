@@ -63,8 +63,7 @@ void Farm::StoreCheckpoint(Job& job, JobCheckpoint checkpoint) {
   try {
     CrashPoint("checkpoint-begin");
     const Bytes bytes = checkpoint.Serialize();
-    blobs_->CheckSpace(bytes.size());
-    const ContentHash blob = blobs_->Put(bytes);
+    const ContentHash blob = blobs_->Put(bytes, BlobStore::For::kCheckpoint);
     CrashPoint("checkpoint-blob");
     ContentHash old;
     Persist(job, [&](StoredJob& stored) {
@@ -83,13 +82,14 @@ void Farm::StoreCheckpoint(Job& job, JobCheckpoint checkpoint) {
 
 void Farm::StoreResult(Job& job, const Loop& loop, JobPhase phase, const std::string& error) {
   const Image developed = loop.Develop();
-  const ContentHash image = blobs_->Put(Compress(ImageToBytes(developed)));
+  const ContentHash image = blobs_->Put(Compress(ImageToBytes(developed)), BlobStore::For::kResult);
   const std::string report = DumpJson(ReportToJson(FinalReport(loop, developed)), -1);
   ContentHash guide;
   if (Learns(loop.method())) {
     guide = blobs_->Put(GuideFile{loop.job(), loop.survey(), static_cast<uint32_t>(loop.Report().training_iterations),
                                   loop.state()->Serialize(), std::nullopt}
-                            .Serialize());
+                            .Serialize(),
+                        BlobStore::For::kResult);
   }
   CrashPoint("result-blob");
   ContentHash checkpoint;

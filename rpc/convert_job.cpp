@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/picture_size.h"
 #include "rpc/convert.h"
 
 namespace lodestar {
@@ -50,8 +51,9 @@ JobSpec FromProto(const v1::JobSpec& message) {
     throw Error(ErrorKind::kInvalidInput, "training iterations must be -1 (decided by the method) or more");
   if ((spec.resolution_x == 0) != (spec.resolution_y == 0))
     throw Error(ErrorKind::kInvalidInput, "a resolution needs both width and height");
-  if (spec.resolution_x > 65536 || spec.resolution_y > 65536)
-    throw Error(ErrorKind::kInvalidInput, "a resolution of at most 65536 x 65536 is taken");
+  if (spec.resolution_x > kMaxSide || spec.resolution_y > kMaxSide)
+    throw Error(ErrorKind::kInvalidInput,
+                "a resolution of at most " + std::to_string(kMaxSide) + " pixels a side is taken");
   return spec;
 }
 

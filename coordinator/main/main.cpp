@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
   app.add_option("--lease", lease_seconds, "Seconds after which a worker that is not heard of loses its leases")
       ->check(CLI::Range(0.5, 3600.0))
       ->capture_default_str();
-  app.add_option("--reserve", reserve_mib, "MiB of the store's disk to leave free; what would eat into it is refused")
+  app.add_option("--reserve", reserve_mib, "MiB of the store's disk that uploads leave free, for the results of jobs")
       ->capture_default_str();
   try {
     app.parse(argc, argv);

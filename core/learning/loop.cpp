@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/base/picture_size.h"
 
 namespace lodestar {
 namespace {
@@ -20,16 +21,12 @@ constexpr uint32_t kMinIterationForAutomatic = 3;
 // error ends the job), 200 in all.
 constexpr double kPointSpacing = 1.05, kPointSpacingByError = 1.02;
 constexpr size_t kMaxPoints = 200;
-constexpr uint32_t kMaxSide = 1 << 16;
-constexpr uint64_t kMaxPixels = uint64_t{1} << 28;
 
 TileGrid CheckedGrid(const Survey& survey) {
   const uint32_t x = survey.resolution_x, y = survey.resolution_y;
-  if (x == 0 || y == 0 || x > kMaxSide || y > kMaxSide || uint64_t{x} * y > kMaxPixels) {
+  if (!CanBeRendered(x, y)) {
     throw Error(ErrorKind::kInvalidInput, "a picture of " + std::to_string(x) + "x" + std::to_string(y) +
-                                              " pixels cannot be rendered; each side may have 1 to " +
-                                              std::to_string(kMaxSide) + ", both together " +
-                                              std::to_string(kMaxPixels) + " pixels");
+                                              " pixels cannot be rendered; " + PictureSizeRule());
   }
   return {x, y};
 }

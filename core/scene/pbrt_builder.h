@@ -130,6 +130,7 @@ class PbrtBuilder {
 
   // pbrt_shapes.cpp
   void Shape(const Token&);
+  const char* CannotEmit(const ShapeDescription& shape) const;
   void AddShape(ShapeDescription shape);
   std::optional<TriangleMesh> Triangles(PbrtParams& params);
   std::optional<BilinearMesh> Bilinear(PbrtParams& params);

@@ -1,12 +1,11 @@
 // What stands before WorldBegin: how to render.
 #include <algorithm>
 
+#include "core/base/picture_size.h"
 #include "core/scene/pbrt_builder.h"
 
 namespace lodestar {
 namespace {
-
-constexpr int kMaxResolution = 65536;
 
 bool IsOneOf(std::string_view text, std::initializer_list<std::string_view> list) {
   return std::find(list.begin(), list.end(), text) != list.end();
@@ -103,10 +102,10 @@ void PbrtBuilder::Film(const Token& directive) {
   if (!IsOneOf(type, {"rgb", "gbuffer", "spectral"})) UnknownType(directive, type, "rgb");
   PbrtParams params = Params(directive, type);
   const int x = params.Int("xresolution", 1280), y = params.Int("yresolution", 720);
-  if (x <= 0 || y <= 0 || x > kMaxResolution || y > kMaxResolution)
+  if (!CanBeRendered(x, y))
     FailAt(params.where(), ErrorKind::kInvalidInput,
            params.label() + ": the resolution " + std::to_string(x) + " x " + std::to_string(y) +
-               " is outside of 1 to " + std::to_string(kMaxResolution));
+               " cannot be rendered; " + PictureSizeRule());
   scene_.resolution_x = x;
   scene_.resolution_y = y;
   if (type != "rgb")

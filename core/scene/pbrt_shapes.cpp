@@ -126,6 +126,20 @@ void PbrtBuilder::Shape(const Token& directive) {
   AddShape(std::move(shape));
 }
 
+// Why light from the shape could not be sampled; null where it can.
+const char* PbrtBuilder::CannotEmit(const ShapeDescription& shape) const {
+  if (!std::holds_alternative<SphereShape>(shape.kind) && !std::holds_alternative<DiskShape>(shape.kind))
+    return nullptr;
+  float opacity = shape.alpha.value;
+  if (shape.alpha.texture >= 0) {
+    const auto* constant = std::get_if<ConstantTexture>(&scene_.textures[shape.alpha.texture].kind);
+    if (!constant) return "with an alpha texture is not supported; use a triangle mesh";
+    opacity = constant->value.r;
+  }
+  if (opacity > 0 && opacity < 1) return "with an opacity between 0 and 1 is not supported; scale its radiance instead";
+  return nullptr;
+}
+
 void PbrtBuilder::AddShape(ShapeDescription shape) {
   shape.world_from_object = state_.ctm;
   shape.reverse_orientation = state_.reverse_orientation;
@@ -138,6 +152,8 @@ void PbrtBuilder::AddShape(ShapeDescription shape) {
     refusals_.Refuse(shape.where, "a shape that emits light (AreaLightSource at " +
                                       state_.area_light->where.ToString() +
                                       ") inside an object definition is not supported: lights cannot be instanced");
+  } else if (const char* why = state_.area_light ? CannotEmit(shape) : nullptr) {
+    refusals_.Refuse(shape.where, std::string("an area light on a sphere or disk ") + why);
   } else if (state_.area_light) {
     shape.light = state_.area_light;
   }

@@ -2,6 +2,7 @@
 
 #include "core/base/error.h"
 #include "core/base/log.h"
+#include "core/base/picture_size.h"
 #include "core/scene/scene_parts.h"
 
 namespace lodestar {
@@ -16,11 +17,9 @@ std::shared_ptr<const Scene> Scene::Compile(const SceneDescription& description)
   SceneParts& parts = *scene->impl_;
   scene->resolution_x_ = description.resolution_x;
   scene->resolution_y_ = description.resolution_y;
-  if (scene->resolution_x_ <= 0 || scene->resolution_y_ <= 0 ||
-      int64_t{scene->resolution_x_} * scene->resolution_y_ > (int64_t{1} << 31))
+  if (!CanBeRendered(scene->resolution_x_, scene->resolution_y_))
     throw Error(ErrorKind::kInvalidInput, "the image is " + std::to_string(scene->resolution_x_) + " x " +
-                                              std::to_string(scene->resolution_y_) +
-                                              " pixels; both must be positive and their product at most 2^31");
+                                              std::to_string(scene->resolution_y_) + " pixels; " + PictureSizeRule());
   const CameraDescription& camera = description.camera;
   if (!(camera.fov > 0 && camera.fov < 180) || !camera.camera_from_world.Invertible() || !(camera.lens_radius >= 0) ||
       !(camera.focal_distance > 0))

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/scene/ply.h"
 #include "core/scene/scene_parts.h"
@@ -222,12 +223,8 @@ void ShapeCompiler::AddQuadric(Quadric q, bool sphere, const Surface& surface, G
   q.record.alpha = surface.alpha;
   if (surface.emission) {
     LightTable::Emission emission = *surface.emission;
-    if (surface.alpha.texture >= 0)
-      Fail(ErrorKind::kUnsupported, where,
-           "an area light on a sphere or disk with an alpha texture; use a triangle mesh");
-    if (!surface.invisible && surface.alpha.value < 1)
-      Fail(ErrorKind::kUnsupported, where,
-           "an area light on a sphere or disk with an opacity between 0 and 1; scale its radiance instead");
+    // Others are left out by the parser.
+    LODESTAR_CHECK(surface.alpha.texture < 0 && (surface.invisible || surface.alpha.value >= 1));
     if (surface.shape.light->power > 0) {
       // Of a similarity; others deviate as their area does.
       const double area =

@@ -163,8 +163,21 @@ TEST_F(StoreTest, AFullDiskIsForeseen) {
   blobs.Put("still fits");
   EXPECT_THROW(blobs.Put(std::string(200, 'x')), ExhaustedError);
   EXPECT_THROW(blobs.NewWriter(Sha256("y"), 1 << 30), ExhaustedError);
-  free = 0;
-  EXPECT_THROW(blobs.CheckSpace(0), ExhaustedError);
+  using enum BlobStore::For;
+  struct Case {
+    BlobStore::For purpose;
+    uint64_t leaves;  // KiB of a reserve of 1024
+  };
+  for (const Case& c : {Case{kClient, 1024}, Case{kCheckpoint, 512}, Case{kResult, 256}}) {
+    SCOPED_TRACE(c.leaves);
+    free = (c.leaves << 10) + 100;
+    EXPECT_NO_THROW(blobs.CheckSpace(100, c.purpose));
+    EXPECT_THROW(blobs.CheckSpace(101, c.purpose), ExhaustedError);
+    EXPECT_THROW(blobs.Put("more than" + std::string(100, 'x'), c.purpose), ExhaustedError);
+    blobs.Put("fits, " + std::to_string(c.leaves), c.purpose);
+    free = 0;
+    EXPECT_THROW(blobs.CheckSpace(0, c.purpose), ExhaustedError);
+  }
   EXPECT_EQ(blobs.Put("small"), Sha256("small")) << "what is there needs no space";
 }
 

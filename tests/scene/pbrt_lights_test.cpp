@@ -106,6 +106,23 @@ TEST(PbrtLights, Infinite) {
   EXPECT_NEAR(scene.lights[0].world_from_light.Vector({1, 0, 0}).y, 1, 1e-6);
 }
 
+// Lenient leaves out the light, not the shape; what is wholly there or wholly absent emits.
+TEST(PbrtLights, ASphereEmitsUnlessItIsPartlyThere) {
+  const std::string light = "AreaLightSource \"diffuse\" Shape \"sphere\" \"float alpha\" ";
+  EXPECT_FALSE(ParseWorld(light + ".5", true).shapes.at(0).light);
+  EXPECT_TRUE(ParseWorld(light + "0").shapes.at(0).light);
+  EXPECT_TRUE(ParseWorld(light + "1").shapes.at(0).light);
+  EXPECT_TRUE(ParseWorld("Texture \"one\" \"float\" \"constant\" AreaLightSource \"diffuse\" Shape \"disk\" "
+                         "\"texture alpha\" \"one\"")
+                  .shapes.at(0)
+                  .light);
+  EXPECT_TRUE(ParseWorld("Texture \"image\" \"float\" \"imagemap\" \"string filename\" \"image.png\" "
+                         "AreaLightSource \"diffuse\" Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] "
+                         "\"texture alpha\" \"image\"")
+                  .shapes.at(0)
+                  .light);
+}
+
 TEST(PbrtLights, RefusesByNameAndPlace) {
   const Refused cases[] = {
       {"AreaLightSource \"area\"", kBad, "2:1", "supported here: diffuse"},
@@ -125,6 +142,14 @@ TEST(PbrtLights, RefusesByNameAndPlace) {
        "MakeNamedMaterial \"inner\" \"string type\" \"mix\" \"string materials\" [\"i\" \"d\"] "
        "MakeNamedMaterial \"d\" \"string type\" \"diffuse\" MakeNamedMaterial \"i\" \"string type\" \"interface\"",
        kNo, "2:49", "or of a mix with it"},
+      {"AreaLightSource \"diffuse\" Shape \"sphere\" \"float alpha\" .5", kNo, "2:27", "scale its radiance"},
+      {"AreaLightSource \"diffuse\" Shape \"disk\" \"float alpha\" .5", kNo, "2:27", "scale its radiance"},
+      {"Texture \"half\" \"float\" \"constant\" \"float value\" .5 AreaLightSource \"diffuse\" "
+       "Shape \"disk\" \"texture alpha\" \"half\"",
+       kNo, "2:78", "scale its radiance"},
+      {"Texture \"image\" \"float\" \"imagemap\" \"string filename\" \"image.png\" AreaLightSource \"diffuse\" "
+       "Shape \"sphere\" \"texture alpha\" \"image\"",
+       kNo, "2:92", "use a triangle mesh"},
       {"AreaLightSource \"diffuse\" \"bool twosided\" 1", kBad, "2:43", "true or false"},
       {"LightSource \"sun\"", kBad, "2:1", "supported here: point, spot"},
       {"LightSource \"goniometric\" \"string filename\" \"a\"", kNo, "2:1", "use point, spot"},

@@ -121,6 +121,11 @@ TEST(PbrtMaterials, Coated) {
   EXPECT_EQ(metal.conductor.k.value, *NamedSurfaceSpectrum("metal-Al-k"));
   EXPECT_FLOAT_EQ(metal.conductor.roughness.u.value, 0.2f);
   EXPECT_FLOAT_EQ(metal.conductor.roughness.v.value, 0.3f);
+  const auto rough = Made<CoatedConductorMaterial>(
+      "\"coatedconductor\" \"float conductor.roughness\" .16 \"float conductor.vroughness\" .09");
+  EXPECT_FLOAT_EQ(rough.conductor.roughness.u.value, 0.4f);
+  EXPECT_FLOAT_EQ(rough.conductor.roughness.v.value, 0.3f);
+  EXPECT_EQ(rough.interface_roughness.u.value, 0);
   EXPECT_TRUE(
       Made<CoatedConductorMaterial>("\"coatedconductor\" \"rgb reflectance\" [.5 .5 .5] \"float interface.uroughness\" "
                                     ".1 \"float interface.vroughness\" .1 \"float thickness\" 1")
@@ -210,6 +215,7 @@ TEST(PbrtMaterials, RefusesByNameAndPlace) {
       {"Material \"coateddiffuse\" \"bool remaproughness\" false \"float uroughness\" 1.01", kNo, "2:54",
        "is not supported"},
       {"Material \"coatedconductor\" \"float interface.roughness\" 2", kNo, "2:28", "\"float interface.roughness\""},
+      {"Material \"coatedconductor\" \"float conductor.roughness\" 2", kNo, "2:28", "\"float conductor.roughness\""},
       {"Material \"coatedconductor\" \"float conductor.vroughness\" 2", kNo, "2:28", "\"float conductor.vroughness\""},
       {"Material \"conductor\" \"rgb roughness\" [1 1 1]", kBad, "2:22", "expected \"float roughness\""},
       {"Material \"dielectric\" \"float eta\" 0", kBad, "2:23", "greater than 0"},

@@ -147,6 +147,7 @@ TEST(PbrtOptions, RefusesByNameAndPlace) {
       {"Film \"image\"", kBad, "1:1", "supported here: rgb"},
       {"Film \"rgb\" \"integer xresolution\" 0", kBad, "1:1", "resolution 0 x 720"},
       {"Film \"rgb\" \"integer yresolution\" 70000", kBad, "1:1", "65536"},
+      {"Film \"rgb\" \"integer xresolution\" 16384 \"integer yresolution\" 16385", kBad, "1:1", "268435456 pixels"},
       {"Film \"rgb\" \"float cropwindow\" [0 .5 0 1]", kNo, "1:12", "changes the image"},
       {"Film \"rgb\" \"integer pixelbounds\" [0 5 0 5]", kNo, "1:12", "changes the image"},
       {"Film \"rgb\" \"float maxcomponentvalue\" 10", kNo, "1:12", "changes the image"},

@@ -71,7 +71,7 @@ ObjectEnd
 AttributeBegin
   AreaLightSource "diffuse" "blackbody L" 3000 "bool twosided" true
   Translate 0 2 0 Rotate 30 1 0 0
-  Shape "disk" "float radius" .5
+  Shape "disk" "float radius" .5 "float alpha" 1
 AttributeEnd
 Material "mix" "string materials" [ "m" "n" ]
 Shape "plymesh" "string filename" "mesh.ply"

@@ -131,7 +131,7 @@ TEST(PbrtTextures, RefusesByNameAndPlace) {
       {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string encoding\" \"gamma 0\"", kBad,
        "2:62", "greater than 0"},
       {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string mapping\" \"planar\" \"vector3 "
-       "v1\" [1 0 0]",
+       "v1\" [1 0 0] \"vector3 v2\" [0 1 0]",
        kNo, "2:62", "only \"uv\""},
       {"Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"image.png\" \"string mapping\" \"spherical\"", kNo,
        "2:62", "only \"uv\""},

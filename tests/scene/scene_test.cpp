@@ -223,6 +223,23 @@ TEST(Instances, UsedOnceJoinsTheWorld) {
   EXPECT_THROW(b.Compile(), Error);
 }
 
+TEST(Environment, AnImageThatIsNotSquareIsRefusedByName) {
+  TemporaryFolder folder;
+  SceneBuilder b;
+  b.Add(Flat());
+  const std::string path = folder.Write("sky.ppm", "P3 2 1 255\n1 2 3 4 5 6\n");
+  b.AddLight(InfiniteLight{.radiance = Rgb(1), .path = path});
+  try {
+    b.Compile();
+    ADD_FAILURE() << "was accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kInvalidInput);
+    EXPECT_EQ(std::string(error.what()).rfind("test.pbrt:5:1: environment image '" + path + "' is 2 x 1", 0), 0u)
+        << error.what();
+    EXPECT_NE(std::string(error.what()).find("makeequiarea"), std::string::npos) << error.what();
+  }
+}
+
 TEST(Bilinear, ParallelogramIsTwoTrianglesAndFacesItsCrossProduct) {
   SceneBuilder b;
   BilinearMesh mesh;
