@@ -46,8 +46,8 @@ inline Rgb SyntheticMean(uint32_t x, uint32_t y) {
 }
 
 // One record of a training round, made with the guide of its state, at a place and in a direction of the sampler's.
-// Returns what the state adds to the sample, so that another state shows in the
-// image. `learned` is null outside of training.
+// Returns what the state adds to the sample, so that another state shows in the image. `learned` is null outside of
+// training.
 inline float RecordOne(const SdTreeState& state, SdTreeGuidingStatistics* learned, Sampler& sampler) {
   const SdTree& tree = state.tree();
   const Vec2 p = sampler.Next2D();
