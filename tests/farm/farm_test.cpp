@@ -17,8 +17,11 @@ class FarmOfWorkers : public FarmFixture, public testing::WithParamInterface<Cre
 TEST_P(FarmOfWorkers, GivesTheBitsOfOneProcess) {
   StartCoordinator();
   for (int i = 0; i < GetParam().workers; ++i) StartWorker({}, GetParam().threads);
-  for (const std::string method : {"path", "sdtree", "auto"}) {
+  for (const std::string method : {"path", "sdtree", "focal", "grid", "sdtree+focal", "auto"}) {
     auto spec = BoxJob(method, method == "path" ? 16 : 32);
+    if (method == "grid") spec.options = {{"batch", "2"}, {"steps", "4"}};
+    if (method == "focal") spec.options = {{"initial-iterations", "2"}, {"narrowing-iterations", "2"}};
+    if (method == "sdtree+focal") spec.options = {{"training", "4"}};
     if (method == "auto") spec.options["pilot"] = "1000";  // so that there is a race in so small a picture
     const auto id = SubmitBox(spec, method);
     const auto status = Finish(id);

@@ -250,25 +250,37 @@ TEST(GridSampling, AFullMemoryChangesNothing) {
       }
 }
 
+// Half of them come the other way, so that what is kept of a place is not always made by the same visitor.
 TEST(GridSampling, ThreadsThatMeetTheSamePlacesAgree) {
   constexpr int kThreads = 4, kQueries = 4000;
-  const auto densities = [](const GridSampling& sampling) {
-    Random random(6);
-    std::vector<float> found;
+  struct Query {
+    Vec3 n, w, p;
+  };
+  Random random(6);
+  std::vector<Query> queries(kQueries);
+  for (Query& query : queries) query = {UniformDirection(random), UniformDirection(random), PointIn(kUnit, random)};
+  const auto densities = [&](const GridSampling& sampling, bool backwards) {
+    std::vector<float> found(kQueries);
     for (int i = 0; i < kQueries; ++i) {
-      const Vec3 n = UniformDirection(random), w = UniformDirection(random);
-      const auto local = sampling.At(Trained()->CellAt(PointIn(kUnit, random)), n);
-      found.push_back(sampling.Pdf(local, w));
+      const int at = backwards ? kQueries - 1 - i : i;
+      const auto local = sampling.At(Trained()->CellAt(queries[at].p), queries[at].n);
+      found[at] = sampling.Pdf(local, queries[at].w);
     }
     return found;
   };
-  const std::vector<float> expected = densities(GridSampling(Trained(), {}));
-  const GridSampling shared(Trained(), {});
-  std::vector<std::vector<float>> found(kThreads);
-  std::vector<std::thread> threads;
-  for (auto& of_thread : found) threads.emplace_back([&] { of_thread = densities(shared); });
-  for (std::thread& thread : threads) thread.join();
-  for (const auto& of_thread : found) EXPECT_EQ(of_thread, expected);
+  std::vector<GridRules> all = {{.sampling = Sampling::kRejection, .memo = true},
+                                {.sampling = Sampling::kRejectionMixed, .memo = true}};
+  for (const Sampling rule : kAll) all.push_back({.sampling = rule});
+  for (const GridRules& rules : all) {
+    const std::vector<float> expected = densities(GridSampling(Trained(), rules), false);
+    const GridSampling shared(Trained(), rules);
+    std::vector<std::vector<float>> found(kThreads);
+    std::vector<std::thread> threads;
+    for (int i = 0; i < kThreads; ++i) threads.emplace_back([&, i] { found[i] = densities(shared, i % 2 != 0); });
+    for (std::thread& thread : threads) thread.join();
+    for (const auto& of_thread : found)
+      EXPECT_EQ(of_thread, expected) << static_cast<int>(rules.sampling) << (rules.memo ? ", memo" : "");
+  }
 }
 
 TEST(GridSampling, DarkBrightAndSingleEntriesStaySound) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "tests/guiding/synthetic.h"
 
 namespace lodestar {
@@ -140,15 +142,38 @@ TEST(Advance, NodesStayUnderTheCap) {
   EXPECT_GT(tree->leaf_count(), 1u);
 }
 
-TEST(Advance, LearnsTheFraction) {
-  // The tree learns lobes that the uniform "BSDF" misses, so it takes over.
+using Loss = SdTreeOptions::BsdfFractionLoss;
+
+double MeanFraction(const SdTree& tree) {
+  double mean = 0;
+  for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) mean += tree.BsdfFraction(leaf) / tree.leaf_count();
+  return mean;
+}
+
+class FractionByTarget : public testing::TestWithParam<std::tuple<SdTreeOptions::Target, Loss>> {};
+INSTANTIATE_TEST_SUITE_P(All, FractionByTarget,
+                         testing::Combine(testing::Values(SdTreeOptions::Target::kRadiance,
+                                                          SdTreeOptions::Target::kSimple, SdTreeOptions::Target::kFull,
+                                                          SdTreeOptions::Target::kSwitching),
+                                          testing::Values(Loss::kKl, Loss::kVariance)));
+
+// The tree learns lobes that the uniform "BSDF" misses, so it takes over; where light is the same from everywhere, the
+// BSDF is better. Of dim light as of any other.
+TEST_P(FractionByTarget, IsLearned) {
+  constexpr int kIterations = 5;  // the last records what switching switches to
   Training training;
   training.options.spatial_threshold = 1000;
-  const auto tree = Train(training, 5);
-  double mean = 0;
-  for (uint32_t leaf = 0; leaf < tree->leaf_count(); ++leaf) mean += tree->BsdfFraction(leaf) / tree->leaf_count();
-  EXPECT_LT(mean, 0.3);
-  training.options.bsdf_fraction_loss = SdTreeOptions::BsdfFractionLoss::kNone;
+  training.scale = 1e-12f;
+  std::tie(training.options.target, training.options.bsdf_fraction_loss) = GetParam();
+  EXPECT_LT(MeanFraction(*Train(training, kIterations)), 0.3);
+  training.field = [](Vec3, Vec3) { return 1.0f; };
+  EXPECT_GT(MeanFraction(*Train(training, kIterations)), 0.55);
+}
+
+TEST(Advance, AFixedFractionStays) {
+  Training training;
+  training.options.spatial_threshold = 1000;
+  training.options.bsdf_fraction_loss = Loss::kNone;
   EXPECT_EQ(Train(training, 3)->BsdfFraction(0), 0.5f);
 }
 

@@ -18,6 +18,7 @@ using test::SyntheticSurvey;
 JobSpec JobOf(const std::string& method, const std::string& combine) {
   JobSpec job = SyntheticJob(method, 0);
   if (method == "sdtree") job.options["combine"] = combine;
+  if (method == "focal") job.options["passes"] = "4";  // of an iteration, so that the budget is enough for all
   job.budget.seconds = 80;
   return job;
 }
@@ -38,8 +39,8 @@ std::vector<Bytes> CheckpointsOf(const JobSpec& job, test::Result* result) {
 }
 
 TEST(Checkpoint, RestoredAnywhereGivesTheSameBits) {
-  for (const auto& [method, combine] :
-       std::map<std::string, std::string>{{"path", ""}, {"sdtree", "inverse-variance"}, {"grid", ""}}) {
+  for (const auto& [method, combine] : std::map<std::string, std::string>{
+           {"path", ""}, {"sdtree", "inverse-variance"}, {"focal", ""}, {"grid", ""}, {"sdtree+focal", ""}}) {
     test::Result expected;
     const std::vector<Bytes> checkpoints = CheckpointsOf(JobOf(method, combine), &expected);
     ASSERT_GT(checkpoints.size(), 6u);

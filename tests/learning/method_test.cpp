@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/guiding/sd_tree_advance.h"
 #include "core/learning/grid_guiding.h"
 #include "core/learning/method_options.h"
 #include "core/learning/path_tracing.h"
@@ -148,6 +149,56 @@ TEST(SdTreeMethod, EmptySceneBoundsAreRefused) {
   Survey survey = SyntheticSurvey();
   survey.bounds = Bounds3();
   EXPECT_THROW(MakeMethod(test::SyntheticJob("sdtree", 1), survey)->Initial(), Error);
+}
+
+// Of a state that another job made.
+void ExpectForeign(const JobSpec& job, const Survey& survey, std::string_view state, ErrorKind kind,
+                   const std::string& message) {
+  try {
+    SdTreeMethod(job, survey).ParseState(state);
+    FAIL() << "was read";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), kind);
+    EXPECT_EQ(error.what(), message);
+  }
+}
+
+TEST(SdTreeMethod, StatesOfOtherOptionsAreRefused) {
+  JobSpec job = test::SyntheticJob("sdtree", 1);
+  const Bytes state = SdTreeMethod(job, SyntheticSurvey()).Initial()->Serialize();
+  EXPECT_NO_THROW(SdTreeMethod(job, SyntheticSurvey()).ParseState(state));
+  job.options["flux-threshold"] = "0.02";
+  ExpectForeign(job, SyntheticSurvey(), state, ErrorKind::kConflict,
+                "a guiding state was made with other options than its job's; submit the job again");
+}
+
+TEST(SdTreeMethod, StatesOfOtherLightsAreRefused) {
+  const JobSpec job = test::SyntheticJob("sdtree", 1);
+  Survey survey = SyntheticSurvey();
+  survey.light_groups = {0.25f, 0.75f};
+  const Bytes state = SdTreeMethod(job, survey).Initial()->Serialize();
+  EXPECT_NO_THROW(SdTreeMethod(job, survey).ParseState(state));
+  for (const std::vector<float>& others : {std::vector<float>{0.5f, 0.5f}, {0.25f, 0.25f, 0.5f}, {}}) {
+    survey.light_groups = others;
+    ExpectForeign(job, survey, state, ErrorKind::kConflict,
+                  "a guiding state was made for other lights than its job's; submit the job again");
+  }
+}
+
+TEST(SdTreeMethod, StatesOfOtherImagesAreRefused) {
+  JobSpec job = test::SyntheticJob("sdtree", 1);
+  job.options["target"] = "full";
+  const SdTreeMethod method(job, SyntheticSurvey(4, 2));
+  // The second iteration's target needs an estimate of the pixels.
+  const auto tree = SdTree::Initial(SyntheticSurvey().bounds, method.options().tree);
+  const auto later = Advance(*tree, SdTreeStatistics(tree), 1);
+  const PixelEstimate pixels{4, 2, std::vector<float>(8, 1)};
+  EXPECT_NO_THROW(method.ParseState(SdTreeState(later, pixels).Serialize()));
+  EXPECT_NO_THROW(method.ParseState(SdTreeState(tree, {}).Serialize()));
+  const std::string message = "a guiding state has a pixel estimate of another size than its job's image";
+  ExpectForeign(job, SyntheticSurvey(2, 4), SdTreeState(later, pixels).Serialize(), ErrorKind::kCorrupt, message);
+  ExpectForeign(job, SyntheticSurvey(4, 3), SdTreeState(tree, pixels).Serialize(), ErrorKind::kCorrupt, message);
+  ExpectForeign(job, SyntheticSurvey(4, 2), SdTreeState(later, {}).Serialize(), ErrorKind::kCorrupt, message);
 }
 
 TEST(GridMethod, MemoSaysThatItIsBiased) {

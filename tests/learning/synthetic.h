@@ -12,9 +12,10 @@
 
 #include "core/base/hash.h"
 #include "core/learning/contribution.h"
+#include "core/learning/grid_guiding.h"
 #include "core/learning/loop.h"
+#include "core/learning/mixed_guiding.h"
 #include "core/learning/reduction.h"
-#include "core/learning/sd_tree_guiding.h"
 #include "core/math/sampler.h"
 #include "tests/support/statistical.h"
 
@@ -44,6 +45,66 @@ inline Rgb SyntheticMean(uint32_t x, uint32_t y) {
   return {0.5f + 0.01f * static_cast<float>(x), 0.7f, 0.2f + 0.02f * static_cast<float>(y)};
 }
 
+// One record of a training round, made with the guide of its state, at a place and in a direction of the sampler's.
+// Returns what the state adds to the sample, so that another state shows in the image. `learned` is null outside of
+// training.
+inline float RecordOne(const SdTreeState& state, SdTreeGuidingStatistics* learned, Sampler& sampler) {
+  const SdTree& tree = state.tree();
+  const Vec2 p = sampler.Next2D();
+  const Vec3 position{p.x, p.y, sampler.Next2D().x};
+  const uint32_t leaf = tree.LeafAt(position);
+  const auto [w, pdf] = tree.Sample(leaf, sampler.Next2D());
+  if (learned != nullptr) {
+    const float radiance = w.z > 0.5f ? 1 + position.x : 0;
+    learned->sums().Record({.position = position,
+                            .direction = w,
+                            .radiance = radiance,
+                            .pdf = pdf,
+                            .bsdf_pdf = 0.08f,
+                            .tree_pdf = pdf,
+                            .product = radiance * 0.1f,
+                            .leaf = leaf},
+                           {p.y, p.x, position.z});
+  }
+  return 1e-3f * w.z * pdf;
+}
+inline float RecordOne(const FocalState& state, FocalGuidingStatistics* learned, Sampler& sampler) {
+  const Vec2 p = sampler.Next2D();
+  const Vec3 position{p.x, p.y, sampler.Next2D().x};
+  const auto [w, pdf] = state.field().Sample(position, sampler.Next2D());
+  if (learned != nullptr)
+    learned->sums().Record({.position = position,
+                            .direction = w,
+                            .distance = 0.3f + 0.2f * p.y,
+                            .value = w.z > 0.5f ? 1 + position.x : 0.1f,
+                            .pdf = pdf,
+                            .bsdf_pdf = 0.08f,
+                            .guide_pdf = pdf});
+  return 1e-3f * w.z;
+}
+inline float RecordOne(const GridState& state, GridGuidingStatistics* learned, Sampler& sampler) {
+  const RadianceGrid& grid = *state.grid();
+  const Vec2 p = sampler.Next2D();
+  const uint32_t cell = grid.CellAt({p.x, p.y, sampler.Next2D().x});
+  const uint32_t direction = grid.DirectionAt(SquareToSphere(sampler.Next2D()));
+  if (learned != nullptr) learned->sums().Record(cell, direction, 1 + p.x);
+  return 1e-3f * grid.Radiance(cell, direction);
+}
+inline float RecordOne(const State& state, Statistics* learned, Sampler& sampler) {
+  if (const auto* tree = dynamic_cast<const SdTreeState*>(&state))
+    return RecordOne(*tree, dynamic_cast<SdTreeGuidingStatistics*>(learned), sampler);
+  if (const auto* focal = dynamic_cast<const FocalState*>(&state))
+    return RecordOne(*focal, dynamic_cast<FocalGuidingStatistics*>(learned), sampler);
+  if (const auto* grid = dynamic_cast<const GridState*>(&state))
+    return RecordOne(*grid, dynamic_cast<GridGuidingStatistics*>(learned), sampler);
+  if (const auto* mixed = dynamic_cast<const MixedState*>(&state)) {
+    auto* both = dynamic_cast<MixedStatistics*>(learned);
+    return RecordOne(*mixed->tree(), both != nullptr ? &both->tree() : nullptr, sampler) +
+           RecordOne(*mixed->focal(), both != nullptr ? &both->focal() : nullptr, sampler);
+  }
+  return 0;  // no guide
+}
+
 // One unit. Every pass of a pixel is a sample of mean SyntheticMean and relative variance 1/12 * noise^2, and one
 // record in a training round; unit 1 also has one of no density, which is refused.
 inline Contribution RenderUnit(const JobSpec& job, const Method& method, const std::shared_ptr<const State>& state,
@@ -51,37 +112,14 @@ inline Contribution RenderUnit(const JobSpec& job, const Method& method, const s
   Contribution result;
   const TileRect rect = grid.Rect(unit);
   FilmTile tile{unit, std::vector<PixelSum>(rect.pixels())};
-  const auto* guided = dynamic_cast<const SdTreeState*>(state.get());
   if (round.record) result.statistics = method.NewStatistics(state);
-  auto* learned = dynamic_cast<SdTreeGuidingStatistics*>(result.statistics.get());
   for (uint32_t i = 0; i < rect.pixels(); ++i) {
     const uint32_t x = rect.x0 + i % rect.width(), y = rect.y0 + i / rect.width();
     for (uint32_t pass = round.first_pass; pass < round.first_pass + round.passes; ++pass) {
       Sampler sampler(job.seed, x, y, pass);
       sampler.StartAt(Sampler::kSobolPairs);
-      float value = 1 + noise * (sampler.Next2D().x - 0.5f);
-      if (guided != nullptr) {
-        const SdTree& tree = guided->tree();
-        const Vec2 p = sampler.Next2D();
-        const Vec3 position{p.x, p.y, sampler.Next2D().x};
-        const uint32_t leaf = tree.LeafAt(position);
-        const auto [w, pdf] = tree.Sample(leaf, sampler.Next2D());
-        // Depends on the state, so that another state shows in the image.
-        value += 1e-3f * w.z * pdf;
-        if (learned != nullptr) {
-          const float radiance = w.z > 0.5f ? 1 + position.x : 0;
-          learned->sums().Record({.position = position,
-                                  .direction = w,
-                                  .radiance = radiance,
-                                  .pdf = pdf,
-                                  .bsdf_pdf = 0.08f,
-                                  .tree_pdf = pdf,
-                                  .product = radiance * 0.1f,
-                                  .leaf = leaf},
-                                 {p.y, p.x, position.z});
-        }
-      }
-      tile.pixels[i].Add(SyntheticMean(x, y) * value);
+      const float value = 1 + noise * (sampler.Next2D().x - 0.5f);
+      tile.pixels[i].Add(SyntheticMean(x, y) * (value + RecordOne(*state, result.statistics.get(), sampler)));
     }
   }
   result.tiles.push_back(std::move(tile));
@@ -90,15 +128,16 @@ inline Contribution RenderUnit(const JobSpec& job, const Method& method, const s
   result.vertices = result.paths * 2;
   if (unit == 1 && round.first_pass <= 5)
     result.health.Count(HealthEvent::kClamped, rect.x0, rect.y0, round.first_pass, round.iteration);
-  if (unit == 1 && learned != nullptr) learned->sums().Record({{}, {0, 0, 1}, 1, 0}, {});
+  if (auto* tree = dynamic_cast<SdTreeGuidingStatistics*>(result.statistics.get()); unit == 1 && tree != nullptr)
+    tree->sums().Record({{}, {0, 0, 1}, 1, 0}, {});
   return result;
 }
 
 class SyntheticExecutor final : public Executor {
  public:
   struct Options {
-    uint64_t shuffle = 0;        // 0: in order, unit by unit; else the seed of order and partition
-    bool detours = false;        // duplicates, late submits, covered nodes, ancestors of what is there
+    uint64_t shuffle = 0;  // 0: in order, unit by unit; else the seed of order and partition
+    bool detours = false;  // duplicates, late submits, covered nodes, ancestors of what is there
     float noise = 1;
     double seconds_per_pass = 1;  // moved on `clock`
     ManualClock* clock = nullptr;

@@ -36,17 +36,18 @@ double Radiance(double albedo, int depth = kDepth) {
 
 // At albedo 1 nothing but the depth ends a path: one bounce more or less is eight per cent.
 TEST(AnalyticTest, FurnaceBoxes) {
-  const double level = test::SidakLevel(0.01, 16);
+  const double level = test::SidakLevel(0.01, 40);
   for (const double albedo : {0.0, 0.5, 0.8, 1.0}) {
     const CompiledJob compiled = Furnace(albedo);
-    for (const std::string method : {"path", "sdtree"})
+    for (const std::string method : {"path", "sdtree", "focal", "grid", "sdtree+focal"})
       for (const std::string nee : {"never", "always"}) {
         test::Moments mean;
-        for (uint64_t seed = 1; seed <= 8; ++seed) {
+        for (uint64_t seed = 1; seed <= 24; ++seed) {
           JobSpec job;
           job.method = method;
           job.options["nee"] = nee;
-          if (method == "sdtree") job.options["combine"] = "discard";
+          if (method != "path") job.options["combine"] = "discard";
+          if (method == "grid") job.options.insert({{"batch", "2"}, {"steps", "4"}});
           job.budget.spp = 63;
           job.seed = seed;
           double sum = 0;

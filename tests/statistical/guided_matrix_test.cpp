@@ -1,9 +1,9 @@
-// Every valid combination of what the SD-tree learns, how it is reconstructed, whether the BSDF is multiplied in, how
-// lights are sampled and what ends a path: none may move the mean. Short renders of small pictures, so that the whole
-// matrix fits; guided_mean_test.cpp looks at few combinations closely.
+// No combination of the SD-tree's options (guided_combinations.h) may move the mean. Short renders of small pictures,
+// so that the whole matrix fits; guided_mean_test.cpp looks at few combinations closely.
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "tests/statistical/guided_combinations.h"
 #include "tests/statistical/image_means.h"
 #include "tests/statistical/small_scenes.h"
 
@@ -11,42 +11,17 @@ namespace lodestar {
 namespace {
 
 constexpr int kSeeds = 8, kReferenceSeeds = 32;
-// five iterations of training, so that switching reaches its full target, and 16 passes with it
-constexpr uint64_t kSpp = 47;
+constexpr int kScenes = test::kCombinationShares;
 
-using Options = std::map<std::string, std::string>;
+using test::Options;
 
 JobSpec SmallJob(const std::string& method, const Options& options) {
   JobSpec job;
   job.method = method;
   job.options = options;
-  job.budget.spp = kSpp;
+  job.budget.spp = test::kCombinationSpp;
   job.resolution_x = job.resolution_y = 16;
   return job;
-}
-
-// The comparisons of this file; one combination in two is tried on each scene.
-constexpr int kScenes = 2;
-
-std::vector<Options> Combinations() {
-  std::vector<Options> all;
-  for (const char* target : {"radiance", "simple", "full", "switching"})
-    for (const char* reconstruction : {"none", "dense", "native"})
-      for (const char* product : {"off", "on"})
-        for (const char* nee : {"never", "kickstart", "always", "learned"})
-          for (const char* roulette : {"throughput", "contribution", "pixel"}) {
-            if (std::string(product) == "on" && std::string(target) != "radiance") continue;
-            all.push_back({{"target", target},
-                           {"reconstruction", reconstruction},
-                           {"product", product},
-                           {"nee", nee},
-                           {"roulette", roulette},
-                           {"lights", all.size() / kScenes % 2 ? "learned" : "power"},
-                           {"combine", "discard"},
-                           {"training", "5"},
-                           {"spatial-threshold", "200"}});
-          }
-  return all;
 }
 
 std::string Text(const Options& options) {
@@ -65,7 +40,7 @@ TEST_P(GuidedMatrixTest, NoCombinationMovesTheMean) {
   size.resolution_x = size.resolution_y = 16;
   const CompiledJob compiled = CompileJob(ParsePbrtText(small.text, "test.pbrt", "."), size);
   const test::ImageMeans reference = test::RenderSeeds(compiled, SmallJob("path", {}), kReferenceSeeds, 1000);
-  const std::vector<Options> combinations = Combinations();
+  const std::vector<Options> combinations = test::GuidedCombinations();
   ASSERT_EQ(combinations.size(), 180u);
   for (size_t i = static_cast<size_t>(GetParam()); i < combinations.size(); i += kScenes) {
     const test::ImageMeans guided = test::RenderSeeds(compiled, SmallJob("sdtree", combinations[i]), kSeeds, 1);

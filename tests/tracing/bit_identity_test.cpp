@@ -7,6 +7,7 @@
 
 #include "core/learning/contribution.h"
 #include "core/learning/reduction.h"
+#include "tests/statistical/guided_combinations.h"
 #include "tests/statistical/small_scenes.h"
 #include "tests/support/render.h"
 #include "tests/tracing/job_text.h"
@@ -134,20 +135,47 @@ class ShuffledExecutor final : public Executor {
   std::mt19937 random_;
 };
 
-TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
-  for (const JobSpec& job : GuidedJobs()) {
-    SCOPED_TRACE(Text(job));
-    const CompiledJob compiled = CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job);
-    const test::Rendered plain = test::Render(compiled, job);
-    for (uint32_t seed = 1; seed <= 4; ++seed) {
-      Loop loop(job, compiled.survey);
-      ShuffledExecutor executor(compiled, job, loop.method(), seed);
-      const StopToken stop;
-      loop.Run(executor, stop, {});
-      ExpectSameImage(plain.image, loop.Develop());
-      EXPECT_TRUE(plain.state == loop.state()->Serialize());
-    }
+// The same job as a farm would render it, several times.
+void ExpectSameShuffled(const CompiledJob& compiled, const JobSpec& job, uint32_t shuffles) {
+  SCOPED_TRACE(Text(job));
+  const test::Rendered plain = test::Render(compiled, job);
+  for (uint32_t seed = 1; seed <= shuffles; ++seed) {
+    Loop loop(job, compiled.survey);
+    ShuffledExecutor executor(compiled, job, loop.method(), seed);
+    const StopToken stop;
+    loop.Run(executor, stop, {});
+    ExpectSameImage(plain.image, loop.Develop());
+    EXPECT_TRUE(plain.state == loop.state()->Serialize());
   }
+}
+
+TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
+  for (const JobSpec& job : GuidedJobs())
+    ExpectSameShuffled(CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job), job, 4);
+}
+
+// Whatever a method learns, makes of it and samples by.
+TEST(BitIdentityTest, NorUnderOtherOptions) {
+  std::vector<JobSpec> jobs;
+  for (const test::Options& options : test::GuidedCombinations()) jobs.push_back(GuidedJob("sdtree", options));
+  for (const char* learn : {"all", "weighted", "indirect"})
+    jobs.push_back(GuidedJob("sdtree", {{"learn", learn}, {"reconstruction", "dense-unlimited"}, {"training", "5"}}));
+  for (const char* learn : {"monte-carlo", "sarsa", "expected-sarsa"})
+    for (const char* sampling :
+         {"inversion-sphere", "rejection", "rejection-mixed", "metropolis", "rejection-memo", "rejection-mixed-memo"})
+      jobs.push_back(GuidedJob("grid", {{"learn", learn}, {"sampling", sampling}, {"batch", "2"}, {"steps", "4"}}));
+  for (const char* diverging : {"off", "on"}) {
+    for (const char* fraction : {"0.5", "learned"})
+      jobs.push_back(GuidedJob("focal", {{"bsdf-fraction", fraction}, {"diverging", diverging}}));
+    jobs.push_back(GuidedJob("sdtree+focal", {{"diverging", diverging}, {"narrow-by", "guide"}}));
+  }
+  for (JobSpec& job : jobs) {
+    job.budget.spp = test::kCombinationSpp;
+    job.resolution_x = job.resolution_y = TileGrid::kTileSize + 1;  // the least of four tiles
+  }
+  const CompiledJob compiled = CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), jobs.front());
+  ASSERT_EQ(TileGrid(compiled.survey.resolution_x, compiled.survey.resolution_y).tile_count(), 4u);
+  for (const JobSpec& job : jobs) ExpectSameShuffled(compiled, job, 1);
 }
 
 class ReplayTest : public testing::TestWithParam<JobSpec> {};
