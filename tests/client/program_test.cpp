@@ -125,6 +125,8 @@ TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
   ASSERT_TRUE(json.is_object()) << ran.out;
   EXPECT_EQ(json["result"]["spp"], 8);
   EXPECT_EQ(json["result"]["stop_reason"], "spp");
+  EXPECT_GT(json["result"]["seconds_compiling"], 0);
+  EXPECT_LT(json["result"]["seconds_compiling"], 60);
   EXPECT_EQ(json["health"]["total"], 0);
   EXPECT_FALSE(json["points"].empty());
   for (const char* kind : {"image", "png", "csv", "json"})
