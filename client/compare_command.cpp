@@ -112,14 +112,16 @@ ExitCode CompareMethods(const CompareArguments& arguments, const std::string& co
     return code;
   }
 
-  // 3. The report.
+  // 3. The report. What the budget made equal is in its first table; the second has the other.
+  const EqualBy by = contenders.front().job.budget.seconds > 0 ? EqualBy::kSamples : EqualBy::kTime;
   std::string csv = kCsvHeader;
   for (const ComparisonRun& run : runs) csv += PointsToCsv(run.label, run.seed, run.report.points);
   WriteText(folder / "compare.csv", csv);
   nlohmann::json document = {{"scene", arguments.job.scene},
                              {"command", command_line},
                              {"reference", arguments.reference},
-                             {"methods", Summarize(runs)}};
+                             {"methods", Summarize(runs)},
+                             {"equal", AtEqual(runs, by)}};
   const bool plotted = DrawErrorPlot(folder / "compare.csv", folder / "compare-error.png",
                                      fs::path(arguments.job.scene).stem().string());
   document["plot"] = plotted ? nlohmann::json("compare-error.png") : nlohmann::json(nullptr);

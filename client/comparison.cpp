@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
+#include "core/base/check.h"
 #include "core/learning/report_json.h"
 
 namespace lodestar {
@@ -20,6 +22,14 @@ Json ToJson(const Spread& spread) {
           {"high", spread.high}};
 }
 
+std::vector<std::string> LabelsOf(const std::vector<ComparisonRun>& runs) {
+  std::vector<std::string> labels;
+  for (const ComparisonRun& run : runs) {
+    if (std::find(labels.begin(), labels.end(), run.label) == labels.end()) labels.push_back(run.label);
+  }
+  return labels;
+}
+
 // The figure that methods are ranked by.
 double RankedError(const ComparisonRun& run) {
   if (run.metrics) return run.metrics->relmse_trimmed;
@@ -31,6 +41,42 @@ Spread Over(const std::vector<const ComparisonRun*>& runs, const Value& value) {
   std::vector<double> values;
   for (const ComparisonRun* run : runs) values.push_back(value(*run));
   return SpreadOf(std::move(values));
+}
+
+// A run at some moment.
+struct Moment {
+  double seconds, spp, error;
+};
+
+// Of the recorded points those whose logarithms can be taken.
+std::vector<Moment> MomentsOf(const ComparisonRun& run) {
+  std::vector<Moment> moments;
+  for (const ErrorPoint& point : run.report.points) {
+    const double error = point.against_reference ? point.against_reference->relmse_trimmed : point.relmse_estimated;
+    if (point.seconds > 0 && point.spp > 0 && error > 0 && std::isfinite(error))
+      moments.push_back({point.seconds, static_cast<double>(point.spp), error});
+  }
+  return moments;
+}
+
+// Nothing before the first moment.
+std::optional<Moment> MomentAt(const std::vector<Moment>& moments, double Moment::*by, double at) {
+  const auto after =
+      std::find_if(moments.begin(), moments.end(), [&](const Moment& moment) { return moment.*by >= at; });
+  LODESTAR_CHECK(after != moments.end());
+  if (*after.*by == at) return *after;
+  if (after == moments.begin()) return std::nullopt;
+  const Moment& a = *(after - 1);
+  const Moment& b = *after;
+  const double share = std::log(at / a.*by) / std::log(b.*by / a.*by);
+  const auto between = [&](double Moment::*member) { return a.*member * std::pow(b.*member / a.*member, share); };
+  Moment moment = {between(&Moment::seconds), between(&Moment::spp), between(&Moment::error)};
+  moment.*by = at;  // to the bit
+  return moment;
+}
+
+Json EfficiencyJson(double error, double seconds) {
+  return error > 0 && seconds > 0 ? Json(1 / (error * seconds)) : Json(nullptr);
 }
 
 }  // namespace
@@ -83,13 +129,9 @@ std::string FileLabel(const std::string& label) {
 }
 
 Json Summarize(const std::vector<ComparisonRun>& runs) {
-  std::vector<std::string> labels;
-  for (const ComparisonRun& run : runs) {
-    if (std::find(labels.begin(), labels.end(), run.label) == labels.end()) labels.push_back(run.label);
-  }
   Json methods = Json::array();
   double first_error = 0;
-  for (const std::string& label : labels) {
+  for (const std::string& label : LabelsOf(runs)) {
     std::vector<const ComparisonRun*> mine;
     for (const ComparisonRun& run : runs) {
       if (run.label == label) mine.push_back(&run);
@@ -115,7 +157,7 @@ Json Summarize(const std::vector<ComparisonRun>& runs) {
       json["relmse"] = ToJson(Over(mine, [](const ComparisonRun& run) { return run.metrics->relmse; }));
       json["relmse_trimmed"] = ToJson(error);
     }
-    json["efficiency"] = error.mean > 0 && seconds.mean > 0 ? Json(1 / (error.mean * seconds.mean)) : Json(nullptr);
+    json["efficiency"] = EfficiencyJson(error.mean, seconds.mean);
     json["ratio_to_first"] = error.mean > 0 ? Json(first_error / error.mean) : Json(nullptr);
     for (const ComparisonRun* run : mine) {
       Json one = {{"seed", run->seed},
@@ -132,6 +174,43 @@ Json Summarize(const std::vector<ComparisonRun>& runs) {
     methods.push_back(std::move(json));
   }
   return methods;
+}
+
+Json AtEqual(const std::vector<ComparisonRun>& runs, EqualBy equal) {
+  double Moment::*const by = equal == EqualBy::kSamples ? &Moment::spp : &Moment::seconds;
+  std::vector<std::vector<Moment>> moments;
+  double at = std::numeric_limits<double>::infinity();
+  for (const ComparisonRun& run : runs) {
+    moments.push_back(MomentsOf(run));
+    if (moments.back().empty()) return nullptr;
+    at = std::min(at, moments.back().back().*by);
+  }
+  Json methods = Json::array();
+  std::optional<double> first_error;
+  for (const std::string& label : LabelsOf(runs)) {
+    std::vector<double> seconds, spp, error;
+    bool early = false;  // a run has no error at that moment yet
+    for (size_t i = 0; i < runs.size(); ++i) {
+      if (runs[i].label != label) continue;
+      const auto moment = MomentAt(moments[i], by, at);
+      if (!moment) {
+        early = true;
+        continue;
+      }
+      seconds.push_back(moment->seconds);
+      spp.push_back(moment->spp);
+      error.push_back(moment->error);
+    }
+    Json json = {{"method", label}};
+    for (const auto& [name, values] : {std::pair{"seconds", &seconds}, {"spp", &spp}, {"error", &error}})
+      json[name] = early ? Json(nullptr) : ToJson(SpreadOf(*values));
+    const double mean = early ? 0 : SpreadOf(error).mean;
+    if (!first_error) first_error = mean;
+    json["efficiency"] = early ? Json(nullptr) : EfficiencyJson(mean, SpreadOf(seconds).mean);
+    json["ratio_to_first"] = mean > 0 && *first_error > 0 ? Json(*first_error / mean) : Json(nullptr);
+    methods.push_back(std::move(json));
+  }
+  return {{"by", equal == EqualBy::kSamples ? "spp" : "seconds"}, {"at", at}, {"methods", std::move(methods)}};
 }
 
 }  // namespace lodestar

@@ -39,7 +39,15 @@ std::string FileLabel(const std::string& label);
 // is the trimmed relMSE, estimated where there is no reference.
 nlohmann::json Summarize(const std::vector<ComparisonRun>& runs);
 
-// `document`: {"scene", "command", "methods": Summarize(), "plot": file or null, "reference": file or ""}.
+// The runs again where all have the same samples per pixel or the same seconds: as much as the shortest has reached.
+// Between the recorded points of a run the values are interpolated, linearly in their logarithms. Gives {"by": "spp" or
+// "seconds", "at", "methods": [{"method", "seconds", "spp", "error" (the ranked one; spreads, null where a run has no
+// error that early), "efficiency", "ratio_to_first"}]}, or null where a run has no error at all.
+enum class EqualBy { kSamples, kTime };
+nlohmann::json AtEqual(const std::vector<ComparisonRun>& runs, EqualBy by);
+
+// `document`: {"scene", "command", "methods": Summarize(), "equal": AtEqual(), "plot": file or null, "reference": file
+// or ""}.
 std::string MarkdownReport(const nlohmann::json& document);
 std::string HtmlReport(const nlohmann::json& document);
 

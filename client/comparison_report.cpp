@@ -53,6 +53,35 @@ std::vector<std::vector<std::string>> Table(const Json& methods) {
   return rows;
 }
 
+// The same of AtEqual.
+std::vector<std::vector<std::string>> EqualTable(const Json& document) {
+  std::vector<std::vector<std::string>> rows = {
+      {"method", "seconds", "spp",
+       document["reference"].get<std::string>().empty() ? "estimated relMSE" : "trimmed relMSE", "median", "efficiency",
+       "ratio to the first"}};
+  const Json& equal = document["equal"];
+  for (const Json& method : equal["methods"]) {
+    std::vector<std::string> row = {method["method"]};
+    for (const char* column : {"seconds", "spp", "error"})
+      row.push_back(equal["by"] == column ? Number(equal["at"]) : MeanAndSpread(method[column]));
+    const Json& error = method["error"];
+    row.push_back(error.is_object() ? Number(error["median"]) : "-");
+    row.push_back(Number(method["efficiency"]));
+    row.push_back(Number(method["ratio_to_first"]));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::string EqualTitle(const Json& equal) {
+  const std::string at = FormatNumber(equal["at"].get<double>());
+  return equal["by"] == "spp" ? "Equal samples: " + at + " spp" : "Equal time: " + at + " s";
+}
+
+constexpr const char* kEqualExplanation =
+    "As much as every run has reached; the values lie between the recorded points of a run, interpolated linearly in "
+    "their logarithms.";
+
 std::string Explanation(const Json& document) {
   std::string text =
       "Mean +- sample standard deviation over the seeds. Errors are of linear radiance; trimmed: the worst 0.1 % of "
@@ -87,12 +116,8 @@ std::string Escape(const std::string& text) {
   return escaped;
 }
 
-}  // namespace
-
-std::string MarkdownReport(const Json& document) {
-  std::string text = "# Comparison: " + document["scene"].get<std::string>() + "\n\n    " +
-                     document["command"].get<std::string>() + "\n\n";
-  const auto rows = Table(document["methods"]);
+std::string MarkdownTable(const std::vector<std::vector<std::string>>& rows) {
+  std::string text;
   for (size_t i = 0; i < rows.size(); ++i) {
     for (const std::string& cell : rows[i]) (text += "| ") += cell + " ";
     text += "|\n";
@@ -100,7 +125,29 @@ std::string MarkdownReport(const Json& document) {
     for (size_t column = 0; column < rows[0].size(); ++column) text += column == 0 ? "| --- " : "| ---: ";
     text += "|\n";
   }
-  text += "\n" + Explanation(document) + "\n\n";
+  return text;
+}
+
+std::string HtmlTable(const std::vector<std::vector<std::string>>& rows) {
+  std::string text = "<table>\n";
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const std::string tag = i == 0 ? "th" : "td";
+    text += "<tr>";
+    for (const std::string& cell : rows[i]) (((text += "<") += tag) += ">") += Escape(cell) + "</" + tag + ">";
+    text += "</tr>\n";
+  }
+  return text + "</table>\n";
+}
+
+}  // namespace
+
+std::string MarkdownReport(const Json& document) {
+  std::string text = "# Comparison: " + document["scene"].get<std::string>() + "\n\n    " +
+                     document["command"].get<std::string>() + "\n\n";
+  text += MarkdownTable(Table(document["methods"])) + "\n" + Explanation(document) + "\n\n";
+  if (const Json& equal = document["equal"]; equal.is_object()) {
+    text += "**" + EqualTitle(equal) + ".** " + kEqualExplanation + "\n\n" + MarkdownTable(EqualTable(document)) + "\n";
+  }
   if (document["plot"].is_string()) text += "![error against time](" + document["plot"].get<std::string>() + ")\n\n";
   for (const Json& method : document["methods"]) {
     const Json& run = method["runs"][0];
@@ -123,16 +170,11 @@ std::string HtmlReport(const Json& document) {
       "td:first-child, th:first-child { text-align: left } code { background: #eee; padding: .2rem .4rem } img { "
       "max-width: 100% }\n"
       "figure { display: inline-block; margin: .5rem; max-width: 36rem } figcaption { color: #555 }\n</style>\n";
-  text +=
-      "<h1>" + Escape(document["scene"]) + "</h1>\n<p><code>" + Escape(document["command"]) + "</code></p>\n<table>\n";
-  const auto rows = Table(document["methods"]);
-  for (size_t i = 0; i < rows.size(); ++i) {
-    const std::string tag = i == 0 ? "th" : "td";
-    text += "<tr>";
-    for (const std::string& cell : rows[i]) (((text += "<") += tag) += ">") += Escape(cell) + "</" + tag + ">";
-    text += "</tr>\n";
+  text += "<h1>" + Escape(document["scene"]) + "</h1>\n<p><code>" + Escape(document["command"]) + "</code></p>\n";
+  text += HtmlTable(Table(document["methods"])) + "<p>" + Escape(Explanation(document)) + "</p>\n";
+  if (const Json& equal = document["equal"]; equal.is_object()) {
+    text += "<p><b>" + EqualTitle(equal) + ".</b> " + kEqualExplanation + "</p>\n" + HtmlTable(EqualTable(document));
   }
-  text += "</table>\n<p>" + Escape(Explanation(document)) + "</p>\n";
   if (document["plot"].is_string())
     text += "<p><img src=\"" + Escape(document["plot"]) + "\" alt=\"error against time\"></p>\n";
   for (const Json& method : document["methods"]) {

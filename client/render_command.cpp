@@ -75,6 +75,7 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
 
   // 4. Its files.
   nlohmann::json report = CompleteReport(ReportToJson(result.report), {arguments.job.scene, command_line});
+  report["result"]["seconds_compiling"] = compiled.seconds;
   if (result.report.passes == 0) {
     std::fprintf(stderr, "no file was written: the run ended before its first round\n");
   } else {

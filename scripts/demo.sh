@@ -4,7 +4,8 @@
 #
 #   scripts/demo.sh [SCENE.pbrt] [options of lodestar submit]      e.g. scripts/demo.sh scene.pbrt --spp 128 --method path
 #
-# Without a budget among the options it renders for a minute (LODESTAR_DEMO_TIME changes that).
+# Without a budget among the options it renders for a minute (LODESTAR_DEMO_TIME changes that). -o names another image. LODESTAR_BIN: folder of programs
+# that are built already; then nothing is installed or built.
 set -euo pipefail
 here=$(pwd)
 cd "$(dirname "$0")/.."
@@ -16,20 +17,26 @@ if [ $# -gt 0 ] && [ "${1#-}" = "$1" ]; then
   shift
 fi
 [ -f "$scene" ] || { echo "demo: there is no scene $scene" >&2; exit 3; }
-budget=(--time "${LODESTAR_DEMO_TIME:-60s}")
-for option in "$@"; do
-  case "$option" in --spp*|--time*|--error*) budget=() ;; esac
-done
-
-scripts/setup.sh
-scripts/build.sh release lodestar lodestar-coordinator lodestar-worker
-bin=$root/build/release/bin
-
 name=$(basename "$scene" .gz)
 name=$(basename "$name" .pbrt)
-out=$root/out
+budget=(--time "${LODESTAR_DEMO_TIME:-60s}")
+output=(-o "$root/out/$name.exr")
+for option in "$@"; do
+  case "$option" in
+    --spp*|--time*|--error*) budget=() ;;
+    -o*|--output*) output=() ;;
+  esac
+done
+
+if [ -n "${LODESTAR_BIN:-}" ]; then
+  bin=$(cd "$here" && cd "$LODESTAR_BIN" && pwd)
+else
+  scripts/setup.sh
+  scripts/build.sh release lodestar lodestar-coordinator lodestar-worker
+  bin=$root/build/release/bin
+fi
+
 run=$(mktemp -d "${TMPDIR:-/tmp}/lodestar-demo-XXXXXX")
-mkdir -p "$out"
 
 # Only what was started here is ended, by its id: politely, then for good. The workers first: they hand back what they have to the coordinator.
 started=()
@@ -83,6 +90,7 @@ for i in 1 2; do
 done
 echo "demo: coordinator on $farm, 2 workers of $threads threads" >&2
 
+cd "$here"  # what the options name is relative to it
 code=0
-"$bin/lodestar" submit "$scene" --farm "$farm" ${budget[@]+"${budget[@]}"} --watch -o "$out/$name.exr" "$@" || code=$?
+"$bin/lodestar" submit "$scene" --farm "$farm" ${budget[@]+"${budget[@]}"} --watch ${output[@]+"${output[@]}"} "$@" || code=$?
 exit $code

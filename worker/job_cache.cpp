@@ -83,9 +83,10 @@ std::shared_ptr<LoadedJob> JobCache::Load(const ContentHash& hash, const StopTok
     // Without this machine's folders, so that every worker's survey has the same bytes.
     for (std::string& line : scene.left_out) line = WithoutFolder(std::move(line), folder);
     auto compiled = CompileJob(scene, description.spec);
+    const double seconds = compiled.seconds;
     auto job = std::make_shared<LoadedJob>(description, folder, std::move(compiled), threads_);
-    spdlog::info("compiled {} within {} MiB, to render on {} of {} threads: {}", description.scene.main, bytes >> 20,
-                 job->threads(), threads_, job->survey().needs);
+    spdlog::info("compiled {} in {:.2f} s within {} MiB, to render on {} of {} threads: {}", description.scene.main,
+                 seconds, bytes >> 20, job->threads(), threads_, job->survey().needs);
     std::lock_guard lock(mutex_);
     jobs_.push_front({hash, job, bytes});
     return job;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/base/clock.h"
 #include "core/learning/focal_guiding.h"
 #include "core/learning/grid_guiding.h"
 #include "core/learning/mixed_guiding.h"
@@ -30,7 +31,9 @@ CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job) 
   if (job.max_depth > 0) adjusted.max_depth = job.max_depth;
   if (!job.filter.empty()) adjusted.filter = PixelFilterDescription::Named(job.filter);
   CompiledJob compiled;
+  const Clock::Duration start = Clock::Steady().Now();
   compiled.scene = Scene::Compile(adjusted);
+  compiled.seconds = Seconds(Clock::Steady().Now() - start);
   compiled.survey.bounds = compiled.scene->bounds();
   compiled.survey.resolution_x = static_cast<uint32_t>(compiled.scene->resolution_x());
   compiled.survey.resolution_y = static_cast<uint32_t>(compiled.scene->resolution_y());

@@ -125,6 +125,8 @@ TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
   ASSERT_TRUE(json.is_object()) << ran.out;
   EXPECT_EQ(json["result"]["spp"], 8);
   EXPECT_EQ(json["result"]["stop_reason"], "spp");
+  EXPECT_GT(json["result"]["seconds_compiling"], 0);
+  EXPECT_LT(json["result"]["seconds_compiling"], 60);
   EXPECT_EQ(json["health"]["total"], 0);
   EXPECT_FALSE(json["points"].empty());
   for (const char* kind : {"image", "png", "csv", "json"})
@@ -186,6 +188,8 @@ TEST(Program, CompareReportsEveryMethodAndSeed) {
   ASSERT_EQ(json["methods"].size(), 2u);
   EXPECT_EQ(json["methods"][1]["method"], "path:nee=never");
   EXPECT_EQ(json["methods"][1]["runs"].size(), 2u);
+  EXPECT_EQ(json["equal"]["by"], "seconds") << "their samples are equal by the budget";
+  EXPECT_EQ(json["equal"]["methods"].size(), 2u);
   for (const char* file : {"r/report.md", "r/report.html", "r/compare.csv", "r/compare.json", "r/path-seed0.exr",
                            "r/path_nee_never-seed1.png"}) {
     EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
