@@ -29,6 +29,7 @@ inline Survey SyntheticSurvey(uint32_t width = 40, uint32_t height = 24) {
   survey.scene_spp = 12;
   survey.scene_hash = std::string(64, 'a');
   survey.needs = "nothing";
+  survey.not_needed = "environment (left out of the path kernel)";
   return survey;
 }
 
@@ -97,8 +98,8 @@ inline Contribution RenderUnit(const JobSpec& job, const Method& method, const s
 class SyntheticExecutor final : public Executor {
  public:
   struct Options {
-    uint64_t shuffle = 0;        // 0: in order, unit by unit; else the seed of order and partition
-    bool detours = false;        // duplicates, late submits, covered nodes, ancestors of what is there
+    uint64_t shuffle = 0;  // 0: in order, unit by unit; else the seed of order and partition
+    bool detours = false;  // duplicates, late submits, covered nodes, ancestors of what is there
     float noise = 1;
     double seconds_per_pass = 1;  // moved on `clock`
     ManualClock* clock = nullptr;
