@@ -39,6 +39,7 @@ const std::vector<Racer>& Racers() {
   static const std::vector<Racer> kRacers = {
       {"path", Make<PathMethod>, {}, 1.6, 1, 1, 0},
       {"sdtree", Make<SdTreeMethod>, {}, 2.5, 2, 3, 0},
+      {"radiance", Make<SdTreeMethod>, {{"target", "radiance"}}, 2.5, 2, 3, 0},
       {"product", Make<SdTreeMethod>, {{"product", "on"}}, 4.4, 2, 3, 0},
       {"grid", Make<GridMethod>, {}, 2.4, 2, 3, 0},
       // Pays where hardly a sample in a thousand meets the light, with the settings for pinholes
@@ -82,14 +83,15 @@ Bytes AutoState::Serialize() const {
 }
 
 MethodEntry AutoMethod::Entry() {
-  return {"auto",
-          "measures which method renders the image most efficiently, and goes on with it",
-          {{"candidates", "path,sdtree,product,grid,focal or a subset, separated by commas", "path,sdtree,focal",
-            "the methods that race; product is sdtree with product=on, focal is tried only where path tracing hardly "
-            "finds the light. Recommended: the default"},
-           {"pilot", "an integer from 1000 to 1e9", "524288",
-            "paths in the pilot of path tracing; methods that learn have three times as many, and at least what they "
-            "cannot show anything without"}}};
+  return {
+      "auto",
+      "measures which method renders the image most efficiently, and goes on with it",
+      {{"candidates", "path,sdtree,radiance,product,grid,focal or a subset, separated by commas", "path,sdtree,focal",
+        "the methods that race; radiance is sdtree with target=radiance, product with product=on; focal is tried only "
+        "where path tracing hardly finds the light. Recommended: the default"},
+       {"pilot", "an integer from 1000 to 1e9", "524288",
+        "paths in the pilot of path tracing; methods that learn have three times as many, and at least what they "
+        "cannot show anything without"}}};
 }
 
 AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {

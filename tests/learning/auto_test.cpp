@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/learning/auto_method.h"
 #include "core/learning/combination.h"
+#include "core/learning/sd_tree_guiding.h"
 #include "core/math/sampler.h"
 #include "tests/learning/synthetic.h"
 
@@ -384,6 +385,23 @@ TEST(Auto, StatesTravelAndBrokenOnesAreRefused) {
     driver.Step(driver.active() == "path" ? 9 : 3);
   }
   EXPECT_THROW(Driver("path").method().ParseState(driver.state().Serialize()), Error);
+}
+
+// The targets of the trees can race, each with learning of its own.
+TEST(Auto, TreesOfTwoTargetsRace) {
+  Driver driver("path,sdtree,radiance");
+  const std::vector<double> variances = {9, 6, 3};
+  std::map<uint32_t, SdTreeOptions::Target> targets;
+  while (!driver.settled()) {
+    const Method::Active now = driver.now();
+    if (now.candidate > 0)
+      targets[now.candidate] = dynamic_cast<const SdTreeMethod&>(*now.method).options().tree.target;
+    driver.Step(variances[now.candidate]);
+  }
+  EXPECT_EQ(driver.now().candidate, 2u);
+  EXPECT_EQ(targets, (std::map<uint32_t, SdTreeOptions::Target>{{1, SdTreeOptions::Target::kSwitching},
+                                                                {2, SdTreeOptions::Target::kRadiance}}));
+  EXPECT_TRUE(driver.method().Explain(driver.state()).starts_with("radiance; path left out: radiance was "));
 }
 
 TEST(Auto, CandidatesAreNamedOnce) {
