@@ -254,6 +254,9 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       const BsdfValue value = bsdf.Evaluate(wo, local_wi);
       guide_pdf = sample.pdf;
       bsdf_pdf = value.pdf;
+      if constexpr (kRecording) {
+        if constexpr (Guide::kUsesAlpha) alpha = bsdf.AlphaAt(wo, local_wi);
+      }
       pdf = MixturePdf(at, bsdf_pdf, guide_pdf);
       if (pdf > 0) {
         weight = value.f_cos * (1 / pdf);
