@@ -254,7 +254,10 @@ ExitCode InspectGuide(const GuideArguments& arguments) {
     focal = mixed->focal().get();
     file.training.reset();  // of both: no record is the tree's alone
   }
-  if (sd_tree == nullptr && focal == nullptr && grid == nullptr)
+  // Of a race that path tracing won there is the choice to tell, and nothing to draw.
+  const bool learned = sd_tree != nullptr || focal != nullptr || grid != nullptr;
+  const bool looks = !arguments.output.empty() || !arguments.at.empty() || !arguments.pixel.empty();
+  if (!learned && (choice.empty() || looks))
     throw Error(ErrorKind::kUnsupported,
                 arguments.guide + " holds nothing to show: method '" + view.label +
                     "' learns nothing; render with --method sdtree to see what it would learn" +

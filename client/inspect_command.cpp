@@ -87,6 +87,7 @@ ExitCode Inspect(const InspectArguments& arguments) {
         {"scene", arguments.job.scene},
         {"hash", scene.hash().hex},
         {"needs", scene.needs().ToString()},
+        {"not_needed", scene.needs().NotNeeded()},
         {"resolution", {scene.resolution_x(), scene.resolution_y()}},
         {"max_depth", scene.max_depth()},
         {"samples_per_pixel", description.samples_per_pixel},
@@ -111,6 +112,7 @@ ExitCode Inspect(const InspectArguments& arguments) {
             << "image       " << scene.resolution_x() << "x" << scene.resolution_y() << ", depth " << scene.max_depth()
             << ", " << description.samples_per_pixel << " spp\n"
             << "needs       " << scene.needs().ToString() << "\n"
+            << "not needed  " << scene.needs().NotNeeded() << "\n"
             << "triangles   " << scene.triangle_count() << "\n"
             << "shapes      " << description.shapes.size() << ", " << description.objects.size() << " objects, "
             << description.instances.size() << " instances\n"

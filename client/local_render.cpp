@@ -140,6 +140,8 @@ std::string Summary(const Json& report) {
   text += "\n";
   if (const std::string choice = Text(At(report, "result", "choice")); !choice.empty())
     text += "chose " + choice + "\n";
+  if (const std::string not_needed = Text(At(report, "scene", "not_needed")); !not_needed.empty())
+    text += "not needed by the scene: " + not_needed + "\n";
   if (const auto points = PointsFromJson(report.value("points", Json::array())); !points.empty()) {
     const ErrorPoint& last = points.back();
     text += "estimated relMSE " + (std::isfinite(last.relmse_estimated) ? FormatNumber(last.relmse_estimated)

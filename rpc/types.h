@@ -12,7 +12,7 @@
 namespace lodestar {
 
 // Both ends must speak the same; carried by every call.
-inline constexpr uint32_t kProtocolVersion = 4;
+inline constexpr uint32_t kProtocolVersion = 5;
 
 // Sizes that a peer may ask for. Above them: INVALID_ARGUMENT or RESOURCE_EXHAUSTED, never an allocation.
 inline constexpr size_t kMaxMessageBytes = size_t{4} << 20;

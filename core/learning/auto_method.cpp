@@ -17,7 +17,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 3;
+constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 4;
 constexpr const char* kWhat = "state of method 'auto'";
 
 // As much as a learner's film may be better than the one before.
@@ -39,6 +39,7 @@ const std::vector<Racer>& Racers() {
   static const std::vector<Racer> kRacers = {
       {"path", Make<PathMethod>, {}, 1.6, 1, 1, 0},
       {"sdtree", Make<SdTreeMethod>, {}, 2.5, 2, 3, 0},
+      {"radiance", Make<SdTreeMethod>, {{"target", "radiance"}}, 2.5, 2, 3, 0},
       {"product", Make<SdTreeMethod>, {{"product", "on"}}, 4.4, 2, 3, 0},
       {"grid", Make<GridMethod>, {}, 2.4, 2, 3, 0},
       // Pays where hardly a sample in a thousand meets the light, with the settings for pinholes
@@ -82,14 +83,15 @@ Bytes AutoState::Serialize() const {
 }
 
 MethodEntry AutoMethod::Entry() {
-  return {"auto",
-          "measures which method renders the image most efficiently, and goes on with it",
-          {{"candidates", "path,sdtree,product,grid,focal or a subset, separated by commas", "path,sdtree,focal",
-            "the methods that race; product is sdtree with product=on, focal is tried only where path tracing hardly "
-            "finds the light. Recommended: the default"},
-           {"pilot", "an integer from 1000 to 1e9", "524288",
-            "paths in the pilot of path tracing; methods that learn have three times as many, and at least what they "
-            "cannot show anything without"}}};
+  return {
+      "auto",
+      "measures which method renders the image most efficiently, and goes on with it",
+      {{"candidates", "path,sdtree,radiance,product,grid,focal or a subset, separated by commas", "path,sdtree,focal",
+        "the methods that race; radiance is sdtree with target=radiance, product with product=on; focal is tried only "
+        "where path tracing hardly finds the light. Recommended: the default"},
+       {"pilot", "an integer from 1000 to 1e9", "524288",
+        "paths in the pilot of path tracing; methods that learn have three times as many, and at least what they "
+        "cannot show anything without"}}};
 }
 
 AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
@@ -175,10 +177,10 @@ uint64_t AutoMethod::IterationPasses(const State& state, uint32_t iteration) con
   return pilot > 0 ? pilot : own;
 }
 
-uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& result, const Results& measured) const {
+uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& result, bool hopeless) const {
   const auto count = static_cast<uint32_t>(candidates_.size());
   uint32_t c = parts.active;
-  if (PilotPasses(parts, c) > 0 && !Hopeless(parts, measured)) return c;
+  if (PilotPasses(parts, c) > 0 && !hopeless) return c;
   // How well the simplest finds the light: by the first film that tells it.
   const auto first = std::ranges::find_if(result.films, [](const IterationFilm& f) { return f.film.passes() >= 2; });
   const double variance = first != result.films.end() ? RelativeVariance(first->film) : 0;
@@ -200,14 +202,20 @@ std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const Sta
   entrant.last_passes = result.passes;
   if (!parts.settled) {
     Results measured = Measure(result);
-    const uint32_t next =
-        pilot && !result.last ? NextInPilot(parts, result, measured) : static_cast<uint32_t>(candidates_.size());
-    if (next < candidates_.size()) {
+    const auto count = static_cast<uint32_t>(candidates_.size());
+    uint32_t next = count;
+    if (pilot && !result.last) {
+      const bool hopeless = Hopeless(parts, measured);
+      next = NextInPilot(parts, result, hopeless);
+      // States travel with every unit: of who has lost, or is passed over, none is kept.
+      if (hopeless) entrant.state = nullptr;
+      for (uint32_t c = parts.active + 1; c < next; ++c) parts.entrants[c].state = nullptr;
+    }
+    if (next < count) {
       parts.active = next;
     } else {
       parts.results = std::move(measured);
-      Decide(&parts);
-      if (result.last) parts.settled = true;
+      Decide(&parts, result.last);
     }
   }
   return std::make_shared<AutoState>(std::move(parts));
@@ -276,7 +284,7 @@ uint32_t AutoMethod::Winner(const Parts& parts) const {
   uint32_t best = 0;
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
     const PilotResult *result = LastOf(parts.results, c), *leader = LastOf(parts.results, best);
-    if (result == nullptr) continue;
+    if (result == nullptr || !parts.entrants[c].state) continue;
     if (leader == nullptr) {
       best = c;
       continue;
@@ -289,15 +297,17 @@ uint32_t AutoMethod::Winner(const Parts& parts) const {
   return best;
 }
 
-void AutoMethod::Decide(Parts* parts) const {
+void AutoMethod::Decide(Parts* parts, bool last) const {
   parts->active = Winner(*parts);
   const PilotResult* own = LastOf(parts->results, parts->active);
   parts->settled = true;
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
     const PilotResult* other = LastOf(parts->results, c);
-    if (c != parts->active && own != nullptr && other != nullptr && CompareEfficiency(*own, *other).value < 1)
+    const bool waits = c != parts->active && parts->entrants[c].state;
+    if (waits && own != nullptr && other != nullptr && CompareEfficiency(*own, *other).value < 1)
       parts->settled = false;
   }
+  parts->settled |= last;
   for (uint32_t c = 0; parts->settled && c < candidates_.size(); ++c) {
     if (c != parts->active) parts->entrants[c].state = nullptr;
   }
@@ -325,7 +335,9 @@ std::string AutoMethod::Explain(const State& state) const {
     }
     const EfficiencyRatio ratio = CompareEfficiency(*own, *other);
     // Who leads by promise or by doubt alone is on probation, and the other waits for its chance.
-    text += "; " + name + (ratio.value < 1 ? " waits: " + chosen + ", which still learns," : " left out: " + chosen);
+    const bool behind = ratio.value < 1;
+    text += "; " + name + (behind && parts.entrants[c].state ? " waits: " : " left out: ") + chosen +
+            (behind ? ", which still learns," : "");
     char line[160];
     std::snprintf(line, sizeof line, " was %.3g times as efficient (95 %%: %.3g to %.3g; %llu against %llu passes)",
                   ratio.value, ratio.low, ratio.high, static_cast<unsigned long long>(own->passes),
@@ -349,7 +361,6 @@ std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) cons
     entrant.iterations = in.Get<uint32_t>();
     entrant.passes = in.Get<uint64_t>();
     entrant.last_passes = in.Get<uint64_t>();
-    if (!present && !parts.settled) in.Fail("has lost a candidate during the race");
     parts.entrants.push_back(std::move(entrant));
   }
   if (!parts.entrants[parts.active].state) in.Fail("has no state of the method it goes on with");
@@ -362,6 +373,12 @@ std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) cons
       in.Fail("has a result of no candidate");
   }
   in.ExpectEnd();
+  // The first loses to nobody before the race is over; in the pilots, who comes later has had no turn.
+  const bool pilots = !parts.settled && parts.results.empty();
+  for (uint32_t c = 0; c < count; ++c) {
+    if (!parts.entrants[c].state && !parts.settled && (c == 0 || (pilots && c > parts.active)))
+      in.Fail("has lost a candidate during the race");
+  }
   return std::make_shared<AutoState>(std::move(parts));
 }
 

@@ -21,7 +21,8 @@ namespace lodestar {
 class AutoState final : public State {
  public:
   struct Entrant {
-    std::shared_ptr<const State> state;    // null: dropped
+    // Null: dropped, as the candidate has lost for good or is not tried. Those that may still render have theirs.
+    std::shared_ptr<const State> state;
     uint32_t iterations = 0;               // that it rendered
     uint64_t passes = 0, last_passes = 0;  // of all of them, and of the last
   };
@@ -75,13 +76,15 @@ class AutoMethod final : public Method {
   // Of the last two films of each candidate, those that tell a variance.
   Results Measure(const IterationResult& result) const;
   // The candidate whose pilot comes next; the number of candidates where there is none.
-  uint32_t NextInPilot(const Parts& parts, const IterationResult& result, const Results& measured) const;
-  // Whether the active candidate, in its pilot, is so far behind another that it will not be ahead at its end.
+  uint32_t NextInPilot(const Parts& parts, const IterationResult& result, bool hopeless) const;
+  // Whether the active candidate, in its pilot, is so far behind another that it will not be ahead at its end. It is
+  // lost for good then.
   bool Hopeless(const Parts& parts, const Results& measured) const;
   // How much better the candidate's next film may be than its last.
   double Promise(const Parts& parts, uint32_t candidate) const;
-  // Sets active, settled and the states that are left.
-  void Decide(Parts* parts) const;
+  // After the pilots: sets active, settled and the states that are left. `last`: this is final.
+  void Decide(Parts* parts, bool last) const;
+  // Among those that are not dropped.
   uint32_t Winner(const Parts& parts) const;
 
   std::vector<Candidate> candidates_;

@@ -9,7 +9,7 @@ namespace lodestar {
 namespace {
 
 constexpr uint32_t kJobMagic = DocumentMagic("LDJB"), kJobVersion = 2;
-constexpr uint32_t kSurveyMagic = DocumentMagic("LDSV"), kSurveyVersion = 4;
+constexpr uint32_t kSurveyMagic = DocumentMagic("LDSV"), kSurveyVersion = 5;
 
 void PutVec(ByteWriter& out, Vec3 v) {
   out.Put(v.x);
@@ -95,6 +95,7 @@ Bytes Survey::Serialize() const {
   out.Put(scene_spp);
   out.PutString(scene_hash);
   out.PutString(needs);
+  out.PutString(not_needed);
   out.Put<uint8_t>(guidable);
   out.PutVector(light_groups);
   out.Put<uint64_t>(left_out.size());
@@ -113,6 +114,7 @@ Survey Survey::Parse(std::string_view bytes) {
   survey.scene_spp = in.Get<uint64_t>();
   survey.scene_hash = in.GetString();
   survey.needs = in.GetString();
+  survey.not_needed = in.GetString();
   survey.guidable = in.GetFlag();
   survey.light_groups = in.GetVector<float>();
   if (survey.light_groups.size() > kMaxLightGroups) in.Fail("lists more groups of lights than there may be");

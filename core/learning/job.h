@@ -50,7 +50,7 @@ struct Survey {
   int max_depth = 0;
   uint64_t scene_spp = 16;          // the file's own samples per pixel
   std::string scene_hash;           // hex
-  std::string needs;                // readable
+  std::string needs, not_needed;    // readable (SceneNeeds in core/scene/scene.h)
   bool guidable = true;             // there is light, and surfaces that scatter it into more than single directions
   std::vector<float> light_groups;  // probability of picking each by power; at most kMaxLightGroups, all positive
   static constexpr size_t kMaxLightGroups = 32;

@@ -100,6 +100,7 @@ Json ReportToJson(const JobReport& report) {
   Json json;
   json["scene"] = {{"hash", survey.scene_hash},
                    {"needs", survey.needs},
+                   {"not_needed", survey.not_needed},
                    {"resolution", {survey.resolution_x, survey.resolution_y}},
                    {"max_depth", survey.max_depth},
                    {"left_out", survey.left_out},

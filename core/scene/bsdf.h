@@ -88,6 +88,9 @@ class Bsdf {
   Rgb Albedo(Vec3 wo) const;
   // As approximate as Albedo. The base of a coated conductor counts as the GGX lobe that it looks like from outside.
   BsdfLobes Lobes(Vec3 wo) const;
+  // GGX alpha (the mean of an anisotropic one's) of the smooth lobe that gives wi the greatest density; 1: a diffuse
+  // one. What BsdfSample::alpha is, for a direction that something else has drawn.
+  float AlphaAt(Vec3 wo, Vec3 wi) const;
 
   // Factories; `alpha` are GGX alphas after remapping. Alphas (both) below kSmoothAlpha become delta lobes, as does a
   // dielectric of eta 1. All are cheap enough to be called at every hit, where textures vary; the coated ones look

@@ -1,6 +1,7 @@
 // What a BSDF tells of its lobes without evaluating them: albedos and shares, approximate.
 #include "core/scene/bsdf.h"
 #include "core/scene/fresnel.h"
+#include "core/scene/microfacet.h"
 
 namespace lodestar {
 
@@ -87,6 +88,31 @@ BsdfLobes Bsdf::Lobes(Vec3 wo) const {
   }
   for (int i = 0; i < result.count; ++i) result.lobes[i].weight /= scattered;
   return result;
+}
+
+float Bsdf::AlphaAt(Vec3 wo, Vec3 wi) const {
+  switch (kind_) {
+    case Kind::kConductor:
+    case Kind::kDielectric:  // reflection and refraction alike
+      return Ggx{alpha_}.MeanAlpha();
+    case Kind::kCoatedDiffuse:
+    case Kind::kCoatedConductor: {
+      if (!(wo.z * wi.z > 0)) return 1;
+      wo.z = std::fabs(wo.z);
+      wi.z = std::fabs(wi.z);
+      float greatest = 0, alpha = 1;
+      for (const BsdfLobe& lobe : Lobes(wo)) {
+        const bool ggx = lobe.kind == BsdfLobe::Kind::kGgxReflection;
+        const float density = lobe.weight * (ggx ? EvaluateReflection(Ggx{lobe.alpha}, wo, wi).pdf : wi.z * kInvPi);
+        if (!(density > greatest)) continue;
+        greatest = density;
+        alpha = ggx ? Ggx{lobe.alpha}.MeanAlpha() : 1;
+      }
+      return alpha;
+    }
+    default:
+      return 1;
+  }
 }
 
 // Leaving the coat multiplies the tangential parts of directions by eta, and so the spread of the base's lobe.

@@ -28,9 +28,17 @@ struct SceneNeeds {
        transmission = false;
   bool area_lights = false, delta_lights = false, interfaces = false, mix = false, instances = false, quadrics = false,
        lens = false;
+  bool Lights() const { return area_lights || delta_lights || environment; }
+  // Whether BSDFs are made at the hit; whether paths meet delta lobes or go through surfaces as if they were not there.
+  bool BsdfsAtHits() const { return textures || mix; }
+  bool Specular() const { return delta_lobes || interfaces; }
   // Whether there is anything that guiding could learn.
-  bool Guidable() const { return smooth_lobes && (area_lights || delta_lights || environment); }
+  bool Guidable() const { return smooth_lobes && Lights(); }
+  // What there is, in words with spaces between them; "nothing".
   std::string ToString() const;
+  // What there is not, and what renders leave out for that: "environment (left out of the path kernel); ...";
+  // "nothing".
+  std::string NotNeeded() const;
 };
 
 class Scene {

@@ -193,4 +193,25 @@ std::string SceneNeeds::ToString() const {
   return text.empty() ? "nothing" : text;
 }
 
+std::string SceneNeeds::NotNeeded() const {
+  struct Part {
+    bool needed;
+    const char* name;
+  };
+  std::string text;
+  const auto add = [&text](std::initializer_list<Part> parts, const char* left_out_of) {
+    std::string names;
+    for (const Part& part : parts) {
+      if (!part.needed) names += (names.empty() ? "" : ", ") + std::string(part.name);
+    }
+    if (!names.empty()) text += (text.empty() ? "" : "; ") + names + " (left out of " + left_out_of + ")";
+  };
+  add({{environment, "environment"}, {BsdfsAtHits(), "textures and mixes"}, {Specular(), "delta lobes and interfaces"}},
+      "the path kernel");
+  add({{alpha, "alpha"}}, "the intersector");
+  add({{Lights(), "light samples"}}, "all paths");
+  add({{Guidable(), "guiding"}}, "method 'auto'");
+  return text.empty() ? "nothing" : text;
+}
+
 }  // namespace lodestar

@@ -10,7 +10,7 @@ namespace lodestar {
 
 class FocalGuide {
  public:
-  static constexpr bool kGuides = true, kRecords = true;
+  static constexpr bool kGuides = true, kRecords = true, kUsesAlpha = true;
   struct Local {
     float bsdf_fraction = 1, nee_probability = 1;
     uint32_t leaf = 0;

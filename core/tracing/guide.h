@@ -20,6 +20,7 @@
 //
 // and, where kRecords, what the tracer calls after each path (PathTracer):
 //   void Record(std::span<const PathVertex>, const PixelSample&, Scratch*, Statistics*) const;
+//   static constexpr bool kUsesAlpha;  // whether that looks at PathVertex::alpha
 #pragma once
 
 #include "core/guiding/sd_tree.h"
@@ -38,7 +39,8 @@ struct PathVertex {
   float roulette = 1;         // what survival multiplied the rest of the path by; 0: the path was ended here
   float distance = 0;  // from the vertex before to here, infinite where the path left the scene; 0: an interface that
                        // it went through
-  float alpha = 1;  // GGX alpha of the lobe that the BSDF drew wi from: 0 a delta, 1 diffuse or not drawn by the BSDF
+  float alpha = 1;  // GGX alpha of the lobe that wi is from: 0 a delta, 1 diffuse. Of directions that the guide drew:
+                    // Bsdf::AlphaAt where Guide::kUsesAlpha, else 1
   Vec3 p{}, wi{};
   float pdf = 0, bsdf_pdf = 0, guide_pdf = 0;
   uint32_t leaf = 0;      // Local::leaf of a guide that has leaves

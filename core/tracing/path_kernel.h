@@ -28,8 +28,8 @@ inline constexpr unsigned kKernelVariants = 16;
 // All but kRecord, which the round decides. Alpha is not among them: meshes that have it bring their filter to the
 // intersector, others pay nothing (accelerator.cpp).
 inline unsigned KernelFeatures(const SceneNeeds& needs) {
-  return (needs.environment ? kEnvironment : 0u) | (needs.textures || needs.mix ? kTextures : 0u) |
-         (needs.delta_lobes || needs.interfaces ? kSpecular : 0u);
+  return (needs.environment ? kEnvironment : 0u) | (needs.BsdfsAtHits() ? kTextures : 0u) |
+         (needs.Specular() ? kSpecular : 0u);
 }
 
 // Calls `call` with these features as a std::integral_constant. Those outside kMask have no variants.
@@ -254,6 +254,9 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       const BsdfValue value = bsdf.Evaluate(wo, local_wi);
       guide_pdf = sample.pdf;
       bsdf_pdf = value.pdf;
+      if constexpr (kRecording) {
+        if constexpr (Guide::kUsesAlpha) alpha = bsdf.AlphaAt(wo, local_wi);
+      }
       pdf = MixturePdf(at, bsdf_pdf, guide_pdf);
       if (pdf > 0) {
         weight = value.f_cos * (1 / pdf);

@@ -41,6 +41,7 @@ CompiledJob CompileJob(const SceneDescription& description, const JobSpec& job) 
   compiled.survey.scene_spp = static_cast<uint64_t>(std::max(1, description.samples_per_pixel));
   compiled.survey.scene_hash = compiled.scene->hash().hex;
   compiled.survey.needs = compiled.scene->needs().ToString();
+  compiled.survey.not_needed = compiled.scene->needs().NotNeeded();
   compiled.survey.guidable = compiled.scene->needs().Guidable();
   compiled.survey.light_groups = compiled.scene->light_groups();
   compiled.survey.SetLeftOut(description.left_out);

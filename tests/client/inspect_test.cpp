@@ -314,8 +314,20 @@ TEST_F(Inspect, AStateOfAuto) {
   EXPECT_EQ(shown["choice"], "sdtree");
   Render({"--method", "auto", "--option", "candidates=path,sdtree"});
   const Ran path = Run({});
-  EXPECT_NE(path.code, 0);
-  EXPECT_THAT(path.err, AllOf(HasSubstr("'auto (path)' learns nothing"), HasSubstr("Chose path: the budget ended")));
+  EXPECT_EQ(path.code, 0) << path.err;
+  EXPECT_THAT(path.out, AllOf(HasSubstr("auto (path)"), HasSubstr("chose                 path: the budget ended")));
+  const nlohmann::json chosen = Json({});
+  EXPECT_EQ(chosen["method"], "auto (path)");
+  EXPECT_THAT(chosen["choice"].get<std::string>(), HasSubstr("path: the budget ended"));
+  EXPECT_FALSE(chosen.contains("state")) << chosen["state"].dump();
+  EXPECT_EQ(Json({scene_})["scene_checked"], true);
+  // There is nothing to draw, and no place to look at.
+  for (const std::vector<std::string>& looks :
+       {std::vector<std::string>{"-o", folder_ / "none"}, {"--at", "0,0,0.1"}, {scene_, "--pixel", "16,20"}}) {
+    const Ran ran = Run(looks);
+    EXPECT_EQ(ran.code, 2) << looks[0];
+    EXPECT_THAT(ran.err, AllOf(HasSubstr("'auto (path)' learns nothing"), HasSubstr("Chose path: the budget ended")));
+  }
 }
 
 // Channels of an EXR by name.

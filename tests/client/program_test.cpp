@@ -111,7 +111,20 @@ TEST(Program, InspectSaysWhatTheSceneHolds) {
   EXPECT_EQ(json["lights"]["area"], 1);
   EXPECT_EQ(json["resolution"], (nlohmann::json{16, 12}));
   EXPECT_TRUE(json["left_out"].empty());
-  EXPECT_THAT(RunLodestar({"inspect", scene}).out, HasSubstr("triangles   4"));
+  // What is not needed is another thing than what --lenient leaves out.
+  EXPECT_EQ(json["needs"], "smooth-lobes area-lights");
+  const std::string not_needed =
+      "environment, textures and mixes, delta lobes and interfaces (left out of the path kernel); "
+      "alpha (left out of the intersector)";
+  EXPECT_EQ(json["not_needed"], not_needed);
+  EXPECT_THAT(RunLodestar({"inspect", scene}).out,
+              AllOf(HasSubstr("triangles   4"), HasSubstr("not needed  " + not_needed + "\n"),
+                    HasSubstr("left out    nothing\n")));
+  const std::string mirrors = folder.Write(
+      "mirrors.pbrt", R"(WorldBegin LightSource "infinite" Material "dielectric" Shape "sphere" "float radius" [1])");
+  EXPECT_EQ(Json(RunLodestar({"inspect", mirrors, "--json"}))["not_needed"],
+            "textures and mixes (left out of the path kernel); alpha (left out of the intersector); "
+            "guiding (left out of method 'auto')");
 }
 
 TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
@@ -127,6 +140,9 @@ TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
   EXPECT_EQ(json["result"]["stop_reason"], "spp");
   EXPECT_GT(json["result"]["seconds_compiling"], 0);
   EXPECT_LT(json["result"]["seconds_compiling"], 60);
+  EXPECT_EQ(json["scene"]["not_needed"],
+            "environment, textures and mixes, delta lobes and interfaces (left out of the path kernel); "
+            "alpha (left out of the intersector)");
   EXPECT_EQ(json["health"]["total"], 0);
   EXPECT_FALSE(json["points"].empty());
   for (const char* kind : {"image", "png", "csv", "json"})

@@ -125,6 +125,14 @@ TEST(Report, WhatWasLeftOutIsListed) {
   EXPECT_THAT(Summary(ReportToJson(Sample())), testing::Not(HasSubstr("left out")));
 }
 
+TEST(Report, TheSummarySaysWhatTheSceneDoesNotNeed) {
+  JobReport report = Sample();
+  report.survey.not_needed = "environment (left out of the path kernel)";
+  const nlohmann::json json = ReportToJson(report);
+  EXPECT_EQ(json["scene"]["not_needed"], report.survey.not_needed);
+  EXPECT_THAT(Summary(json), HasSubstr("not needed by the scene: environment (left out of the path kernel)\n"));
+}
+
 TEST(Report, TheSummaryTellsOfBadSamples) {
   JobReport report = Sample();
   report.health.Count(HealthEvent::kNan, 9, 4, 12, 3);

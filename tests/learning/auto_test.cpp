@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/learning/auto_method.h"
 #include "core/learning/combination.h"
+#include "core/learning/sd_tree_guiding.h"
 #include "core/math/sampler.h"
 #include "tests/learning/synthetic.h"
 
@@ -160,8 +161,10 @@ class Driver {
   }
   const AutoMethod& method() const { return *method_; }
   const State& state() const { return *state_; }
-  std::string active() const { return std::string(method_->ActiveUnder(state_).method->name()); }
-  bool settled() const { return dynamic_cast<const AutoState&>(*state_).parts().settled; }
+  Method::Active now() const { return method_->ActiveUnder(state_); }
+  std::string active() const { return std::string(now().method->name()); }
+  const AutoState::Parts& parts() const { return dynamic_cast<const AutoState&>(*state_).parts(); }
+  bool settled() const { return parts().settled; }
   uint32_t iterations() const { return iteration_; }
   const std::vector<IterationFilm>& films() const { return films_; }
   uint64_t passes() const { return method_->IterationPasses(*state_, iteration_); }
@@ -295,6 +298,73 @@ TEST(Auto, LosersStopEarly) {
   EXPECT_NE(loser.method().Explain(loser.state()).find("sdtree left out: path was "), std::string::npos);
 }
 
+// Their states are not sent with every unit while the others race on.
+TEST(Auto, WhoHasLostForGoodHasNoState) {
+  const auto second = [](double tree) {
+    Driver driver("path,sdtree,grid");
+    while (driver.active() != "grid") driver.Step(driver.active() == "path" ? 4 : tree);
+    return driver;
+  };
+  const Driver lost = second(60), close = second(4.2);
+  EXPECT_FALSE(lost.settled());
+  EXPECT_EQ(lost.parts().entrants[1].state, nullptr);
+  EXPECT_NE(lost.parts().entrants[0].state, nullptr);
+  EXPECT_NE(close.parts().entrants[1].state, nullptr);
+  EXPECT_LT(2 * lost.state().Serialize().size(), close.state().Serialize().size());
+  const Bytes bytes = lost.state().Serialize();
+  EXPECT_EQ(lost.method().ParseState(bytes)->Serialize(), bytes);
+}
+
+TEST(Auto, TheRaceGoesOnWithoutTheLost) {
+  // The second tree leads by its promise alone, as above, and path tracing waits for its chance; the first had lost.
+  Driver driver("path,sdtree,product");
+  driver.Step(4);
+  while (driver.now().candidate == 1) driver.Step(60);
+  for (const double variance : {9.0, 12.0, 9.0, 6.7, 4.8}) driver.Step(variance);
+  ASSERT_EQ(driver.now().candidate, 2u);
+  ASSERT_FALSE(driver.settled());
+  const std::string text = driver.method().Explain(driver.state());
+  EXPECT_NE(text.find("path waits: product, which still learns, was "), std::string::npos) << text;
+  EXPECT_NE(text.find("sdtree left out: product was "), std::string::npos) << text;
+  const Bytes bytes = driver.state().Serialize();
+  EXPECT_EQ(driver.method().ParseState(bytes)->Serialize(), bytes);
+  driver.Step(6);
+  EXPECT_EQ(driver.active(), "path");
+  EXPECT_TRUE(driver.method().Decided(driver.state()));
+}
+
+// Path tracing finds the light: focal guiding will not be tried, and has nothing to send from then on.
+TEST(Auto, WhoIsPassedOverHasNoState) {
+  Driver driver("path,sdtree,focal");
+  for (const double variance : {4.0, 9.0, 12.0, 9.0, 6.7, 4.8}) driver.Step(variance);
+  ASSERT_FALSE(driver.settled());
+  EXPECT_EQ(driver.parts().entrants[2].state, nullptr);
+  driver.Step(3);
+  EXPECT_EQ(driver.active(), "sdtree");
+}
+
+// Path tracing was still ahead in fact: who goes on by its promise does so for good, and alone.
+TEST(Auto, AfterTheLastIterationTheChosenAloneIsKept) {
+  Driver driver;
+  for (const double variance : {4.0, 9.0, 12.0, 9.0, 6.7}) driver.Step(variance);
+  driver.Step(4.8, true);
+  ASSERT_EQ(driver.active(), "sdtree");
+  EXPECT_TRUE(driver.settled());
+  EXPECT_EQ(driver.parts().entrants[0].state, nullptr);
+  const std::string text = driver.method().Explain(driver.state());
+  EXPECT_NE(text.find("path left out: sdtree, which still learns, was 0."), std::string::npos) << text;
+}
+
+TEST(Auto, AStateWithoutWhoIsStillToRaceIsRefused) {
+  Driver driver("path,sdtree,grid");
+  while (driver.active() != "sdtree") driver.Step(4);
+  for (const size_t c : {0, 1, 2}) {
+    AutoState::Parts parts = driver.parts();
+    parts.entrants[c].state = nullptr;
+    EXPECT_THROW(driver.method().ParseState(AutoState(parts).Serialize()), Error) << c;
+  }
+}
+
 TEST(Auto, NothingIsTriedThatTheSceneHasNothingFor) {
   Driver mirrors("path,sdtree,focal", 320, 180, false);
   EXPECT_TRUE(mirrors.settled());
@@ -315,6 +385,23 @@ TEST(Auto, StatesTravelAndBrokenOnesAreRefused) {
     driver.Step(driver.active() == "path" ? 9 : 3);
   }
   EXPECT_THROW(Driver("path").method().ParseState(driver.state().Serialize()), Error);
+}
+
+// The targets of the trees can race, each with learning of its own.
+TEST(Auto, TreesOfTwoTargetsRace) {
+  Driver driver("path,sdtree,radiance");
+  const std::vector<double> variances = {9, 6, 3};
+  std::map<uint32_t, SdTreeOptions::Target> targets;
+  while (!driver.settled()) {
+    const Method::Active now = driver.now();
+    if (now.candidate > 0)
+      targets[now.candidate] = dynamic_cast<const SdTreeMethod&>(*now.method).options().tree.target;
+    driver.Step(variances[now.candidate]);
+  }
+  EXPECT_EQ(driver.now().candidate, 2u);
+  EXPECT_EQ(targets, (std::map<uint32_t, SdTreeOptions::Target>{{1, SdTreeOptions::Target::kSwitching},
+                                                                {2, SdTreeOptions::Target::kRadiance}}));
+  EXPECT_TRUE(driver.method().Explain(driver.state()).starts_with("radiance; path left out: radiance was "));
 }
 
 TEST(Auto, CandidatesAreNamedOnce) {

@@ -69,6 +69,8 @@ TEST(Survey, RoundTripAndDamage) {
   EXPECT_EQ(back.bounds, survey.bounds);
   EXPECT_EQ(back.scene_hash, survey.scene_hash);
   EXPECT_EQ(back.scene_spp, survey.scene_spp);
+  EXPECT_EQ(back.needs, survey.needs);
+  EXPECT_EQ(back.not_needed, survey.not_needed);
   EXPECT_EQ(back.left_out, survey.left_out);
   EXPECT_EQ(back.light_groups, survey.light_groups);
   EXPECT_EQ(back.Serialize(), survey.Serialize());

@@ -30,6 +30,7 @@ inline Survey SyntheticSurvey(uint32_t width = 40, uint32_t height = 24) {
   survey.scene_spp = 12;
   survey.scene_hash = std::string(64, 'a');
   survey.needs = "nothing";
+  survey.not_needed = "environment (left out of the path kernel)";
   return survey;
 }
 

@@ -82,5 +82,31 @@ TEST(BsdfLobes, ASampleKnowsItsLobesRoughness) {
   EXPECT_EQ(coated.Sample(wo, 0.99f, {0.3f, 0.6f})->alpha, 1);
 }
 
+// Seen from the lobes' samples: those of one lobe alone are told their own roughness, whoever drew them.
+TEST(BsdfLobes, ADirectionIsOfTheLobeThatGivesItTheGreatestDensity) {
+  for (const double theta : {20.0, 50.0, 130.0}) {
+    const Vec3 wo = Direction(theta);
+    Random random(8);
+    for (const Bsdf& bsdf : {Bsdf::Conductor(kGoldEta, kGoldK, {0.2f, 0.5f}), Bsdf::Dielectric(1.5f, {0.2f, 0.2f}),
+                             Bsdf::Diffuse(Rgb(0.5f)), Bsdf::DiffuseTransmission(Rgb(0.5f), Rgb(0.3f))}) {
+      for (int i = 0; i < 100; ++i) {
+        const float u_lobe = random.Next1D();
+        const auto sample = bsdf.Sample(wo, u_lobe, random.Next2D());
+        if (sample) EXPECT_EQ(bsdf.AlphaAt(wo, sample->wi), sample->alpha);
+      }
+    }
+    // Of two lobes each has its own place.
+    const float side = wo.z > 0 ? 1.0f : -1.0f;
+    const Vec3 mirrored{-wo.x, -wo.y, wo.z}, beside = Vec3{-wo.y, wo.x, 0} + Vec3{0, 0, 0.3f * side};
+    const Bsdf polished = Bsdf::CoatedDiffuse(Rgb(0.5f), 1.5f, {0.1f, 0.1f});
+    EXPECT_EQ(polished.AlphaAt(wo, mirrored), 0.1f);
+    EXPECT_EQ(polished.AlphaAt(wo, Normalize(beside)), 1);
+    EXPECT_EQ(polished.AlphaAt(wo, -mirrored), 1);                                     // none reaches there
+    EXPECT_EQ(Bsdf::CoatedDiffuse(Rgb(0.5f), 1.5f, {0, 0}).AlphaAt(wo, mirrored), 1);  // the delta has no density
+    const Bsdf brushed = Bsdf::CoatedConductor(1.5f, {0.5f, 0.5f}, kGoldEta, kGoldK, {0, 0});
+    EXPECT_EQ(brushed.AlphaAt(wo, mirrored), brushed.Lobes(wo).lobes[1].alpha.x);
+  }
+}
+
 }  // namespace
 }  // namespace lodestar::test

@@ -341,6 +341,25 @@ TEST(SceneNeeds, SayWhatIsThere) {
   EXPECT_EQ(b.Compile()->needs().ToString(), "environment delta-lobes smooth-lobes transmission quadrics lens");
 }
 
+TEST(SceneNeeds, SayWhatIsLeftOut) {
+  SceneBuilder b;
+  b.Add(Flat());
+  EXPECT_EQ(b.Compile()->needs().NotNeeded(),
+            "environment, textures and mixes, delta lobes and interfaces (left out of the path kernel); "
+            "alpha (left out of the intersector); light samples (left out of all paths); "
+            "guiding (left out of method 'auto')");
+  b.d.materials.push_back({"glass", DielectricMaterial{1.5f, {}}, {}});
+  b.Add(SphereShape{1}).material = 1;
+  b.AddLight(InfiniteLight{Rgb(1), ""});
+  EXPECT_EQ(b.Compile()->needs().NotNeeded(),
+            "textures and mixes (left out of the path kernel); alpha (left out of the intersector)");
+  SceneNeeds all{.textures = true, .alpha = true, .environment = true, .delta_lobes = true};
+  EXPECT_EQ(all.NotNeeded(), "nothing");
+  // Light, and nothing that guiding could turn towards it.
+  all.smooth_lobes = false;
+  EXPECT_EQ(all.NotNeeded(), "guiding (left out of method 'auto')");
+}
+
 TEST(Scene, EmptyAndBlackScenesCompile) {
   SceneBuilder b;
   const auto scene = b.Compile();

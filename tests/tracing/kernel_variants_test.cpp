@@ -15,7 +15,7 @@ namespace {
 
 // Draws half of all directions as a diffuse surface does.
 struct CosineGuide {
-  static constexpr bool kGuides = true;
+  static constexpr bool kGuides = true, kUsesAlpha = true;
   struct Local {
     float bsdf_fraction = 1, nee_probability = 1;
     LightGroupWeights lights{};

@@ -1,0 +1,91 @@
+// What the kernel tells a guide of the roughness at a hit: the same, whoever drew the next direction.
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "core/scene/pbrt_parser.h"
+#include "core/tracing/path_kernel.h"
+
+namespace lodestar {
+namespace {
+
+// Draws directions as a diffuse surface does, all of them or none.
+template <bool kDrawsAll, bool kUses>
+struct Cosine {
+  static constexpr bool kGuides = true, kUsesAlpha = kUses;
+  struct Local {
+    float bsdf_fraction = kDrawsAll ? 0 : 1, nee_probability = 1;
+    static constexpr LightGroupWeights lights{};
+    uint32_t leaf = 0;  // the material
+    Frame frame;
+  };
+  Local At(const SurfaceInteraction& si, const Bsdf&, Vec3) const { return {.leaf = si.material, .frame = si.shading}; }
+  GuidedSample Sample(const Local& local, Vec2 u, float) const {
+    const Vec3 w = SquareToCosineHemisphere(u);
+    return {local.frame.ToWorld(w), CosineHemispherePdf(w.z)};
+  }
+  float Pdf(const Local& local, Vec3 wi) const { return CosineHemispherePdf(local.frame.ToLocal(wi).z); }
+  float Fluence(const Local&) const { return 0; }
+  float Radiance(const Local&, Vec3, float) const { return 0; }
+};
+
+// How often each roughness was told of each of the three materials below a sky.
+using Told = std::map<uint32_t, std::map<float, int>>;
+template <class Guide>
+Told Trace() {
+  const auto scene = Scene::Compile(ParsePbrtText(R"(Film "rgb" "integer xresolution" [24] "integer yresolution" [8]
+LookAt 0 5 -5  0 0 0  0 1 0
+Camera "perspective" "float fov" [40]
+WorldBegin
+LightSource "infinite" "rgb L" [1 1 1]
+Material "conductor" "float roughness" [0.2] "bool remaproughness" false
+AttributeBegin Translate -2 0 0 Rotate -90 1 0 0 Shape "disk" "float radius" [1] AttributeEnd
+Material "diffuse"
+AttributeBegin Rotate -90 1 0 0 Shape "disk" "float radius" [1] AttributeEnd
+Material "coateddiffuse" "float roughness" [0.15] "bool remaproughness" false
+AttributeBegin Translate 2 0 0 Rotate -90 1 0 0 Shape "disk" "float radius" [1] AttributeEnd
+)",
+                                                  "alpha.pbrt", "."));
+  const Guide guide;
+  const PathKernel<kRecord | kEnvironment, Guide> kernel(*scene, PathSettings{}, guide);
+  Told told;
+  std::vector<PathVertex> path;
+  PathCounters counters;
+  for (uint32_t y = 0; y < 8; ++y)
+    for (uint32_t x = 0; x < 24; ++x)
+      for (uint32_t pass = 0; pass < 128; ++pass) {
+        Sampler sampler(1, x, y, pass);
+        const Vec2 u = sampler.Next2D();
+        kernel.Trace(scene->camera().Generate({float(x) + u.x, float(y) + u.y}, {}), 0, sampler, &counters, &path);
+        for (const PathVertex& vertex : path)
+          if (vertex.recorded) ++told[vertex.leaf][vertex.alpha];
+      }
+  EXPECT_EQ(told.size(), 3u);
+  return told;
+}
+
+std::vector<float> Roughnesses(const std::map<float, int>& told) {
+  std::vector<float> result;
+  for (const auto& [alpha, count] : told) {
+    EXPECT_GT(count, 10) << alpha;
+    result.push_back(alpha);
+  }
+  return result;
+}
+
+TEST(KernelAlpha, ADirectionOfTheGuideHasTheRoughnessOfTheHit) {
+  for (const Told& told : {Trace<Cosine<true, true>>(), Trace<Cosine<false, true>>()}) {
+    auto metal = told.begin(), diffuse = std::next(metal), coated = std::next(diffuse);
+    EXPECT_EQ(Roughnesses(metal->second), std::vector{0.2f});
+    EXPECT_EQ(Roughnesses(diffuse->second), std::vector{1.0f});
+    EXPECT_EQ(Roughnesses(coated->second), (std::vector{0.15f, 1.0f}));
+  }
+}
+
+TEST(KernelAlpha, AGuideThatDoesNotUseItIsSparedTheLobes) {
+  for (const auto& [material, alphas] : Trace<Cosine<true, false>>())
+    EXPECT_EQ(Roughnesses(alphas), std::vector{1.0f}) << material;
+}
+
+}  // namespace
+}  // namespace lodestar
