@@ -24,12 +24,12 @@ std::vector<std::string> SceneNames() {
 class Scenes : public testing::TestWithParam<std::string> {
  protected:
   // 32 pixels wide, in the scene's own proportions.
-  test::Rendered Render(const char* method, const char* nee, uint64_t spp) const {
+  test::Rendered Render(const std::string& method, std::map<std::string, std::string> options, uint64_t spp) const {
     const SceneDescription scene = ParsePbrtFile(fs::path(LODESTAR_SOURCE_DIR) / "scenes" / (GetParam() + ".pbrt"));
     EXPECT_TRUE(scene.left_out.empty());
     JobSpec job;
     job.method = method;
-    job.options["nee"] = nee;
+    job.options = std::move(options);
     job.resolution_x = 32;
     job.resolution_y = static_cast<uint32_t>(32 * scene.resolution_y / scene.resolution_x);
     job.budget.spp = spp;
@@ -39,16 +39,24 @@ class Scenes : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(Scenes, RenderWithoutHealthEvents) {
-  for (const char* method : {"path", "sdtree"})
+  for (const MethodEntry& method : Methods()) {
+    // So that there is something to learn, and a race, in so few samples.
+    std::map<std::string, std::string> options;
+    if (method.name == "grid") options = {{"batch", "1"}, {"steps", "4"}};
+    if (method.name == "focal") options = {{"initial-iterations", "2"}, {"narrowing-iterations", "2"}};
+    if (method.name == "auto") options = {{"pilot", "1000"}};
     for (const char* nee : {"always", "never"}) {
-      const HealthReport health = Render(method, nee, 8).report.health;
-      EXPECT_EQ(health.total(), 0u) << method << ", nee " << nee << ": "
+      if (method.name != "auto") options["nee"] = nee;
+      const HealthReport health = Render(method.name, options, 16).report.health;
+      EXPECT_EQ(health.total(), 0u) << method.name << ", nee " << nee << ": "
                                     << (health.total() ? HealthEventName(health.first.event) : "");
+      if (method.name == "auto") break;  // it takes none
     }
+  }
 }
 
 TEST_P(Scenes, AreExposedForDisplay) {
-  const Image image = Render("path", "always", 64).image;
+  const Image image = Render("path", {{"nee", "always"}}, 64).image;
   double sum = 0;
   size_t black = 0;
   for (const auto& pixel : image.pixels) {
