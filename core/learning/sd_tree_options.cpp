@@ -73,7 +73,8 @@ MethodEntry SdTreeMethod::Entry() {
            "draw directions from the product of tree and BSDF (Diolatzis et al. 2020); for target radiance, as the "
            "others contain the BSDF. Default and papers off; pays on glossy scenes"},
           {"learn", "all | weighted | indirect", preset,
-           "what is recorded of light that next event estimation finds as well: all of it; its share by multiple "
+           "what a vertex records of a source that it meets and that its light samples find as well: all of it; its "
+           "share by multiple "
            "importance sampling; nothing. Default and papers weighted"},
           {"roulette", "throughput | contribution | pixel", preset,
            "what decides on a path's survival: its throughput, as without guiding; what the tree expects it to add, "
