@@ -37,7 +37,9 @@ const Variants kVariants = {
     {"all light", {{"nee", "always"}, {"learn", "all"}, {"spatial-filter", "box"}}},
     {"indirect light", {{"nee", "always"}, {"learn", "indirect"}, {"reconstruction", "dense-unlimited"}}},
     {"learned variance", {{"bsdf-fraction", "learned-variance"}}},
-    {"fixed fraction", {{"bsdf-fraction", "0.3"}, {"spatial-filter", "nearest"}}},
+    // At 0.3 what refracts through the glass has tails that twelve seeds do not show: seeds 1 to 12 had 0.4569 +-
+    // 0.0007 in a quadrant (on one kind of processor), 94 others 0.4619 +- 0.0015, path tracing 0.4616.
+    {"fixed fraction", {{"bsdf-fraction", "0.6"}, {"spatial-filter", "nearest"}}},
     {"product", {{"product", "on"}}},
     {"product, never", {{"product", "on"}, {"nee", "never"}}},
 };
