@@ -5,34 +5,19 @@
 
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/path_kernel.h"
+#include "tests/tracing/cosine_guide.h"
 
 namespace lodestar {
 namespace {
 
-// Draws directions as a diffuse surface does, all of them or none.
-template <bool kDrawsAll, bool kUses>
-struct Cosine {
-  static constexpr bool kGuides = true, kUsesAlpha = kUses;
-  struct Local {
-    float bsdf_fraction = kDrawsAll ? 0 : 1, nee_probability = 1;
-    static constexpr LightGroupWeights lights{};
-    uint32_t leaf = 0;  // the material
-    Frame frame;
-  };
-  Local At(const SurfaceInteraction& si, const Bsdf&, Vec3) const { return {.leaf = si.material, .frame = si.shading}; }
-  GuidedSample Sample(const Local& local, Vec2 u, float) const {
-    const Vec3 w = SquareToCosineHemisphere(u);
-    return {local.frame.ToWorld(w), CosineHemispherePdf(w.z)};
-  }
-  float Pdf(const Local& local, Vec3 wi) const { return CosineHemispherePdf(local.frame.ToLocal(wi).z); }
-  float Fluence(const Local&) const { return 0; }
-  float Radiance(const Local&, Vec3, float) const { return 0; }
+struct WithoutAlpha : CosineGuide {
+  static constexpr bool kUsesAlpha = false;
 };
 
 // How often each roughness was told of each of the three materials below a sky.
 using Told = std::map<uint32_t, std::map<float, int>>;
 template <class Guide>
-Told Trace() {
+Told Trace(const Guide& guide) {
   const auto scene = Scene::Compile(ParsePbrtText(R"(Film "rgb" "integer xresolution" [24] "integer yresolution" [8]
 LookAt 0 5 -5  0 0 0  0 1 0
 Camera "perspective" "float fov" [40]
@@ -46,7 +31,6 @@ Material "coateddiffuse" "float roughness" [0.15] "bool remaproughness" false
 AttributeBegin Translate 2 0 0 Rotate -90 1 0 0 Shape "disk" "float radius" [1] AttributeEnd
 )",
                                                   "alpha.pbrt", "."));
-  const Guide guide;
   const PathKernel<kRecord | kEnvironment, Guide> kernel(*scene, PathSettings{}, guide);
   Told told;
   std::vector<PathVertex> path;
@@ -74,7 +58,7 @@ std::vector<float> Roughnesses(const std::map<float, int>& told) {
 }
 
 TEST(KernelAlpha, ADirectionOfTheGuideHasTheRoughnessOfTheHit) {
-  for (const Told& told : {Trace<Cosine<true, true>>(), Trace<Cosine<false, true>>()}) {
+  for (const Told& told : {Trace(CosineGuide{.bsdf_fraction = 0}), Trace(CosineGuide{.bsdf_fraction = 1})}) {
     auto metal = told.begin(), diffuse = std::next(metal), coated = std::next(diffuse);
     EXPECT_EQ(Roughnesses(metal->second), std::vector{0.2f});
     EXPECT_EQ(Roughnesses(diffuse->second), std::vector{1.0f});
@@ -83,7 +67,7 @@ TEST(KernelAlpha, ADirectionOfTheGuideHasTheRoughnessOfTheHit) {
 }
 
 TEST(KernelAlpha, AGuideThatDoesNotUseItIsSparedTheLobes) {
-  for (const auto& [material, alphas] : Trace<Cosine<true, false>>())
+  for (const auto& [material, alphas] : Trace(WithoutAlpha{{.bsdf_fraction = 0}}))
     EXPECT_EQ(Roughnesses(alphas), std::vector{1.0f}) << material;
 }
 

@@ -9,30 +9,10 @@
 
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/path_kernel.h"
+#include "tests/tracing/cosine_guide.h"
 
 namespace lodestar {
 namespace {
-
-// Draws half of all directions as a diffuse surface does.
-struct CosineGuide {
-  static constexpr bool kGuides = true, kUsesAlpha = true;
-  struct Local {
-    float bsdf_fraction = 1, nee_probability = 1;
-    LightGroupWeights lights{};
-    uint32_t leaf = 0;
-    Frame frame;
-  };
-  Local At(const SurfaceInteraction& si, const Bsdf&, Vec3) const {
-    return {.bsdf_fraction = 0.5f, .leaf = si.material, .frame = si.shading};
-  }
-  GuidedSample Sample(const Local& local, Vec2 u, float) const {
-    const Vec3 w = SquareToCosineHemisphere(u);
-    return {local.frame.ToWorld(w), CosineHemispherePdf(w.z)};
-  }
-  float Pdf(const Local& local, Vec3 wi) const { return CosineHemispherePdf(local.frame.ToLocal(wi).z); }
-  float Fluence(const Local&) const { return 0; }
-  float Radiance(const Local&, Vec3, float) const { return 0; }
-};
 
 struct Part {
   unsigned feature;
