@@ -7,6 +7,7 @@
 #pragma once
 
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "core/learning/roulette.h"
@@ -35,11 +36,9 @@ inline unsigned KernelFeatures(const SceneNeeds& needs) {
 // Calls `call` with these features as a std::integral_constant. Those outside kMask have no variants.
 template <unsigned kMask, unsigned kFeatures = 0, class Call>
 auto WithFeatures(unsigned features, Call&& call) {
-  if constexpr (kFeatures + 1 < kKernelVariants) {
-    constexpr unsigned kNext = ((kFeatures | ~kMask) + 1) & kMask;  // counts through the mask's bits
-    if constexpr (kNext > kFeatures)
-      if (kFeatures != (features & kMask)) return WithFeatures<kMask, kNext>(features, std::forward<Call>(call));
-  }
+  constexpr unsigned kNext = ((kFeatures | ~kMask) + 1) & kMask;  // counts through the mask's bits; 0 after the last
+  if constexpr (kNext != 0)
+    if (kFeatures != (features & kMask)) return WithFeatures<kMask, kNext>(features, std::forward<Call>(call));
   return call(std::integral_constant<unsigned, kFeatures>());
 }
 
