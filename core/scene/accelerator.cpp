@@ -49,8 +49,8 @@ void FilterTriangle(const RTCFilterFunctionNArguments* args) {
   const MeshRecord& record = callback.group->meshes[callback.group->triangles[callback.slot][hit.primID].mesh];
   bool accept = !(kShadow && (record.flags & MeshRecord::kNoShadow));
   if (accept && (record.flags & MeshRecord::kHasAlpha))
-    accept = AlphaAccepts(*callback.group, *callback.textures, record, Origin(ray), Direction(ray), callback.slot,
-                          hit.primID, hit.u, hit.v, {});
+    accept = AlphaAccepts(*callback.group, *callback.textures, record, Origin(ray), Direction(ray),
+                          args->context->instID[0], callback.slot, hit.primID, hit.u, hit.v, {});
   if (!accept) args->valid[0] = 0;
 }
 
@@ -106,13 +106,14 @@ bool IntersectDisk(const Quadric& q, const RTCRay& ray, double t_max, QuadricHit
 }
 
 template <bool kShadow>
-bool IntersectQuadric(const Callback& callback, unsigned primitive, const RTCRay& ray, QuadricHit* hit) {
+bool IntersectQuadric(const Callback& callback, unsigned instance, unsigned primitive, const RTCRay& ray,
+                      QuadricHit* hit) {
   const Quadric& q = (*callback.quadrics)[primitive];
   if (kShadow && (q.record.flags & MeshRecord::kNoShadow)) return false;
   const auto accept = [&](const QuadricHit& h) {
     return !(q.record.flags & MeshRecord::kHasAlpha) ||
-           AlphaAccepts(*callback.group, *callback.textures, q.record, Origin(ray), Direction(ray), callback.slot,
-                        primitive, h.u, h.v, h.ng);
+           AlphaAccepts(*callback.group, *callback.textures, q.record, Origin(ray), Direction(ray), instance,
+                        callback.slot, primitive, h.u, h.v, h.ng);
   };
   return callback.slot == kSpheres ? IntersectSphere(q, ray, ray.tfar, hit, accept)
                                    : IntersectDisk(q, ray, ray.tfar, hit, accept);
@@ -123,7 +124,7 @@ void QuadricIntersect(const RTCIntersectFunctionNArguments* args) {
   const auto& callback = *static_cast<const Callback*>(args->geometryUserPtr);
   auto& rayhit = *reinterpret_cast<RTCRayHit*>(args->rayhit);
   QuadricHit hit;
-  if (!IntersectQuadric<false>(callback, args->primID, rayhit.ray, &hit)) return;
+  if (!IntersectQuadric<false>(callback, args->context->instID[0], args->primID, rayhit.ray, &hit)) return;
   rayhit.ray.tfar = static_cast<float>(hit.t);
   rayhit.hit.u = hit.u;
   rayhit.hit.v = hit.v;
@@ -140,7 +141,7 @@ void QuadricOccluded(const RTCOccludedFunctionNArguments* args) {
   const auto& callback = *static_cast<const Callback*>(args->geometryUserPtr);
   auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
   QuadricHit hit;
-  if (IntersectQuadric<true>(callback, args->primID, ray, &hit)) ray.tfar = -kInfinity;
+  if (IntersectQuadric<true>(callback, args->context->instID[0], args->primID, ray, &hit)) ray.tfar = -kInfinity;
 }
 
 // Boxes of the ellipsoid or ellipse, rounded outwards.

@@ -40,7 +40,7 @@ Vec2 HitUv(const GeometryGroup& group, uint32_t slot, uint32_t primitive, float 
 }
 
 bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MeshRecord& record, Vec3 origin,
-                  Vec3 direction, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng) {
+                  Vec3 direction, uint32_t instance, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng) {
   const float alpha =
       textures.Evaluate(record.alpha, record.alpha.texture < 0 ? Vec2{} : HitUv(group, slot, primitive, u, v, ng));
   if (alpha >= 1) return true;
@@ -50,7 +50,9 @@ bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, cons
   };
   uint64_t key = MixCombine(pair(origin.x, origin.y), pair(origin.z, direction.x));
   key = MixCombine(key, pair(direction.y, direction.z));
-  key = MixCombine(key, uint64_t{slot} << 32 | primitive);
+  key = MixCombine(key, uint64_t{instance} << 32 | primitive);
+  key = MixCombine(key, uint64_t{slot} << 32 | std::bit_cast<uint32_t>(ng.x));
+  key = MixCombine(key, pair(ng.y, ng.z));
   return static_cast<float>(key >> 40) * 0x1p-24f < alpha;
 }
 

@@ -99,9 +99,11 @@ struct Instance {
 
 // Surface uv of a hit inside a group, also where no material asked for it.
 Vec2 HitUv(const GeometryGroup& group, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng);
-// Whether a ray meets the surface or passes through its alpha: a pure function of ray and primitive.
+// Whether a ray (in the group's space) meets the surface or passes through its alpha: a pure function of the ray and of
+// what it meets, so that each layer on its way decides on its own. A sphere is met twice and tells its walls apart by
+// `ng`, its normal there.
 bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MeshRecord& record, Vec3 origin,
-                  Vec3 direction, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng);
+                  Vec3 direction, uint32_t instance, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng);
 
 // Error bounds. kRound is half an ulp of 1; the factors are justified and tested in
 // tests/scene/accelerator_offset_test.cpp.
