@@ -83,7 +83,7 @@ class PathKernel {
     Rgb radiance;
     uint8_t group = 0;  // of its light
   };
-  DirectSample DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light,
+  DirectSample DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, double u_light,
                            Vec2 u, PathCounters* counters) const;
 
   const SceneT& scene_;
@@ -95,11 +95,11 @@ class PathKernel {
 // (Veach 1997, section 9.2.2: the expected number of samples is what counts).
 template <unsigned kFeatures, class Guide, class SceneT>
 inline auto PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo,
-                                                              const Local& local, float u_light, Vec2 u,
+                                                              const Local& local, double u_light, Vec2 u,
                                                               PathCounters* counters) const -> DirectSample {
   if constexpr (Guide::kGuides) {
     if (!(u_light < local.nee_probability)) return {};
-    u_light = std::min(u_light / local.nee_probability, kOneMinusEpsilon);
+    u_light /= local.nee_probability;
   }
   const auto light = scene_.SampleLight(si.p, u_light, u, local.lights);
   if (!light) return {};
@@ -214,7 +214,8 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     const bool smooth = !kHasSpecular || bsdf.HasSmoothLobes();
     const Local at = smooth ? guide_.At(si, bsdf, wo) : Local{};
     DirectSample direct;
-    if (smooth && settings_.next_event) direct = DirectLight(si, bsdf, wo, at, u_choice.y, sampler.Next2D(), counters);
+    if (smooth && settings_.next_event)
+      direct = DirectLight(si, bsdf, wo, at, sampler.Refine(u_choice.y), sampler.Next2D(), counters);
     radiance += beta * direct.radiance;
 
     // The next direction.
