@@ -105,6 +105,14 @@ Vec2 HitUv(const GeometryGroup& group, uint32_t slot, uint32_t primitive, float 
 bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MeshRecord& record, Vec3 origin,
                   Vec3 direction, uint32_t instance, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng);
 
+// How far geometry may reach along each axis: the square of a triangle's normal before it is made a unit vector, 3 (2
+// kLargestCoordinate)^4 at most, must be a float, and so must the cube of a distance.
+inline constexpr float kLargestCoordinate = 1e9f;
+inline constexpr const char* kOutOfReach = " lies beyond 1e9 or is not finite; scale the whole scene down";
+inline bool WithinReach(Vec3 p) {
+  return IsFinite(p) && MaxComponent(Abs(p)) <= kLargestCoordinate;
+}
+
 // Error bounds. kRound is half an ulp of 1; the factors are justified and tested in
 // tests/scene/accelerator_offset_test.cpp.
 inline constexpr float kRound = 0x1p-24f;
