@@ -18,11 +18,12 @@ class AliasTable {
   AliasTable() = default;
   explicit AliasTable(std::span<const double> weights);
 
-  // The index picked by u in [0, 1).
-  uint32_t Sample(float u) const {
-    const float scaled = u * static_cast<float>(bins_.size());
+  // The index picked by u in [0, 1). Of n weights each bin takes 1 / n of its steps, and the choice within the bin what
+  // is left of them: a u of 24 bits is too coarse from some thousands on (Sampler::Refine).
+  uint32_t Sample(double u) const {
+    const double scaled = u * static_cast<double>(bins_.size());
     const uint32_t bin = std::min(static_cast<uint32_t>(scaled), static_cast<uint32_t>(bins_.size() - 1));
-    return scaled - static_cast<float>(bin) < bins_[bin].keep ? bin : bins_[bin].alias;
+    return scaled - bin < bins_[bin].keep ? bin : bins_[bin].alias;
   }
   // Probability of an index.
   float Pmf(uint32_t index) const { return pmf_[index]; }

@@ -9,6 +9,7 @@
 // a quarter.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "core/base/hash.h"
@@ -37,6 +38,12 @@ class Sampler {
     if (pair < kSobolPairs) return Sobol(pair);
     const uint64_t bits = Mix64(pass_key_ + (pair + 1) * 0x9e3779b97f4a7c15ULL);
     return {ToUnit(static_cast<uint32_t>(bits >> 32)), ToUnit(static_cast<uint32_t>(bits))};
+  }
+  // `u`, one of this sample's numbers, with 24 more bits from a hash of it: for a choice among many, where the steps of
+  // u would be felt. A multiple of 2^-48.
+  double Refine(float u) const {
+    const uint64_t bits = Mix64(pass_key_ + std::bit_cast<uint32_t>(u) * 0xe7037ed1a0b428dbULL);
+    return double{u} + static_cast<double>(bits >> 40) * 0x1p-48;
   }
   // Names this pixel sample; for hashes that need more numbers than the path itself.
   uint64_t key() const { return pass_key_; }

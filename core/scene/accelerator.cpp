@@ -48,7 +48,7 @@ void FilterTriangle(const RTCFilterFunctionNArguments* args) {
   const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
   const MeshRecord& record = callback.group->meshes[callback.group->triangles[callback.slot][hit.primID].mesh];
   if (!AlphaAccepts(*callback.group, *callback.textures, *callback.materials, record, Origin(ray), Direction(ray),
-                    callback.slot, hit.primID, hit.u, hit.v, {}))
+                    args->context->instID[0], callback.slot, hit.primID, hit.u, hit.v, {}))
     args->valid[0] = 0;
 }
 
@@ -103,12 +103,13 @@ bool IntersectDisk(const Quadric& q, const RTCRay& ray, double t_max, QuadricHit
   return accept(*out);
 }
 
-bool IntersectQuadric(const Callback& callback, unsigned primitive, const RTCRay& ray, QuadricHit* hit) {
+bool IntersectQuadric(const Callback& callback, unsigned instance, unsigned primitive, const RTCRay& ray,
+                      QuadricHit* hit) {
   const Quadric& q = (*callback.quadrics)[primitive];
   const auto accept = [&](const QuadricHit& h) {
     return !(q.record.flags & MeshRecord::kHasAlpha) ||
            AlphaAccepts(*callback.group, *callback.textures, *callback.materials, q.record, Origin(ray), Direction(ray),
-                        callback.slot, primitive, h.u, h.v, h.ng);
+                        instance, callback.slot, primitive, h.u, h.v, h.ng);
   };
   return callback.slot == kSpheres ? IntersectSphere(q, ray, ray.tfar, hit, accept)
                                    : IntersectDisk(q, ray, ray.tfar, hit, accept);
@@ -119,7 +120,7 @@ void QuadricIntersect(const RTCIntersectFunctionNArguments* args) {
   const auto& callback = *static_cast<const Callback*>(args->geometryUserPtr);
   auto& rayhit = *reinterpret_cast<RTCRayHit*>(args->rayhit);
   QuadricHit hit;
-  if (!IntersectQuadric(callback, args->primID, rayhit.ray, &hit)) return;
+  if (!IntersectQuadric(callback, args->context->instID[0], args->primID, rayhit.ray, &hit)) return;
   rayhit.ray.tfar = static_cast<float>(hit.t);
   rayhit.hit.u = hit.u;
   rayhit.hit.v = hit.v;
@@ -136,7 +137,7 @@ void QuadricOccluded(const RTCOccludedFunctionNArguments* args) {
   const auto& callback = *static_cast<const Callback*>(args->geometryUserPtr);
   auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
   QuadricHit hit;
-  if (IntersectQuadric(callback, args->primID, ray, &hit)) ray.tfar = -kInfinity;
+  if (IntersectQuadric(callback, args->context->instID[0], args->primID, ray, &hit)) ray.tfar = -kInfinity;
 }
 
 // Boxes of the ellipsoid or ellipse, rounded outwards.

@@ -75,16 +75,13 @@ void LightGroups::Split(std::span<const Light> lights, std::span<uint32_t> membe
   Split(lights, members.subspan(left), static_cast<uint32_t>(right_budget));
 }
 
-LightGroups::Choice LightGroups::Sample(LightGroupWeights weights, float u, float fine) const {
+LightGroups::Choice LightGroups::Sample(LightGroupWeights weights, double u) const {
   LODESTAR_DCHECK(weights.size() == shares_.size());
-  const float scaled = u * 0x1p16f;
+  const double scaled = u * 0x1p16;
   const auto units = static_cast<uint32_t>(scaled);
   uint32_t group = 0, start = 0;
   while (group + 1 < weights.size() && units >= start + weights[group]) start += weights[group++];
-  // u has steps of 2^-24.
-  const float inside = (static_cast<float>(units - start) + (scaled - static_cast<float>(units)) + 0x1p-8f * fine) /
-                       static_cast<float>(weights[group]);
-  const uint32_t member = tables_[group].Sample(std::min(inside, kOneMinusEpsilon));
+  const uint32_t member = tables_[group].Sample((scaled - start) / weights[group]);
   return {members_[first_member_[group] + member], static_cast<uint8_t>(group),
           Ratio(weights, static_cast<uint8_t>(group))};
 }

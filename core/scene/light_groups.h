@@ -44,9 +44,8 @@ class LightGroups {
     uint8_t group;
     float ratio;  // of the light's probability to its probability by power
   };
-  // `weights` is not empty. `fine` fills in what the choice of the group takes from the bits of u, so that large groups
-  // are picked from evenly.
-  Choice Sample(LightGroupWeights weights, float u, float fine) const;
+  // `weights` is not empty; u in [0, 1).
+  Choice Sample(LightGroupWeights weights, double u) const;
   float Ratio(LightGroupWeights weights, uint8_t group) const {
     return static_cast<float>(weights[group]) * per_share_[group];
   }

@@ -163,13 +163,11 @@ void LightTable::Finish(const Bounds3& bounds) {
 // ---- use
 // ------------------------------------------------------------------------------------------------------------------------------------
 
-std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u,
+std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3 p, double u_pick, Vec2 u,
                                               LightGroupWeights weights) const {
   if (table_.size() == 0) return {};
   if (weights.empty()) return SampleOne(lights_[table_.Sample(u_pick)], textures, p, u);
-  // The last bits of a choice among many: from the position's numbers, which a hash keeps from showing.
-  const uint32_t bits = (std::bit_cast<uint32_t>(u.x) * 0x9e3779b1u) ^ (std::bit_cast<uint32_t>(u.y) * 0x85ebca77u);
-  const LightGroups::Choice choice = groups_.Sample(weights, u_pick, static_cast<float>(bits >> 8) * 0x1p-24f);
+  const LightGroups::Choice choice = groups_.Sample(weights, u_pick);
   auto sample = SampleOne(lights_[choice.light], textures, p, u);
   if (sample) {
     sample->pdf *= choice.ratio;
@@ -178,7 +176,7 @@ std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3
   return sample;
 }
 
-std::optional<LightSample> LightTable::SampleUnseen(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u) const {
+std::optional<LightSample> LightTable::SampleUnseen(const TextureTable& textures, Vec3 p, double u_pick, Vec2 u) const {
   if (unseen_.empty()) return {};
   const uint32_t at = unseen_table_.Sample(u_pick);
   const Light& light = lights_[unseen_[at]];

@@ -42,10 +42,10 @@ class LightTable {
 
   // ---- use ----
   bool empty() const { return lights_.empty(); }
-  std::optional<LightSample> Sample(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u,
+  std::optional<LightSample> Sample(const TextureTable& textures, Vec3 p, double u_pick, Vec2 u,
                                     LightGroupWeights weights) const;
   // Among the lights that no path can meet, by power.
-  std::optional<LightSample> SampleUnseen(const TextureTable& textures, Vec3 p, float u_pick, Vec2 u) const;
+  std::optional<LightSample> SampleUnseen(const TextureTable& textures, Vec3 p, double u_pick, Vec2 u) const;
   const LightGroups& groups() const { return groups_; }
   Rgb Emitted(int32_t light, Vec3 ng, Vec3 wo) const {
     const Light& l = lights_[light];

@@ -67,10 +67,10 @@ const Bsdf& Scene::ReadyBsdf(const SurfaceInteraction& si) const {
 bool Scene::has_lights() const {
   return !impl_->lights.empty();
 }
-std::optional<LightSample> Scene::SampleLight(Vec3 p, float u_pick, Vec2 u, LightGroupWeights weights) const {
+std::optional<LightSample> Scene::SampleLight(Vec3 p, double u_pick, Vec2 u, LightGroupWeights weights) const {
   return impl_->lights.Sample(impl_->textures, p, u_pick, u, weights);
 }
-std::optional<LightSample> Scene::SampleUnseenLight(Vec3 p, float u_pick, Vec2 u) const {
+std::optional<LightSample> Scene::SampleUnseenLight(Vec3 p, double u_pick, Vec2 u) const {
   return impl_->lights.SampleUnseen(impl_->textures, p, u_pick, u);
 }
 Rgb Scene::Emitted(const SurfaceInteraction& si, Vec3 wo_world) const {

@@ -69,10 +69,11 @@ class Scene {
   bool has_lights() const;
   // Nothing where the light picked cannot light p (wrong side, zero radiance). To be combined with directions drawn for
   // the surface: the dim part of an environment image is never sampled (density 0, see light_environment.h).
+  // u_pick in [0, 1) should have more than 24 bits where there are many lights (Sampler::Refine).
   // With `weights`, a group is chosen by them and a light of it by power; the sample's pdf includes that.
-  std::optional<LightSample> SampleLight(Vec3 p, float u_pick, Vec2 u, LightGroupWeights weights = {}) const;
+  std::optional<LightSample> SampleLight(Vec3 p, double u_pick, Vec2 u, LightGroupWeights weights = {}) const;
   // The same among the lights that no path can meet, by power; nothing where there are none.
-  std::optional<LightSample> SampleUnseenLight(Vec3 p, float u_pick, Vec2 u) const;
+  std::optional<LightSample> SampleUnseenLight(Vec3 p, double u_pick, Vec2 u) const;
   // Radiance leaving the emitter of si towards wo_world (world space).
   Rgb Emitted(const SurfaceInteraction& si, Vec3 wo_world) const;
   // Density with which SampleLight(from, ..) produces the direction to si, by power.

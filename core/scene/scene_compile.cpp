@@ -81,8 +81,8 @@ void CompileGeometry(const SceneDescription& description, SceneParts* parts) {
     if (parts->groups[group].empty()) continue;
     parts->instances.push_back(MakeInstance(group, use.world_from_instance));
     const Bounds3 bounds = use.world_from_instance.Bounds(parts->groups[group].bounds);
-    if (!IsFinite(bounds.min) || !IsFinite(bounds.max))
-      Fail(use.where, "the instance reaches beyond what floats can hold");
+    if (!WithinReach(bounds.min) || !WithinReach(bounds.max))
+      Fail(use.where, std::string("the instance") + kOutOfReach);
     parts->groups[0].bounds.Extend(bounds);
   }
   parts->accelerator =

@@ -40,8 +40,8 @@ Vec2 HitUv(const GeometryGroup& group, uint32_t slot, uint32_t primitive, float 
 }
 
 bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MaterialTable& materials,
-                  const MeshRecord& record, Vec3 origin, Vec3 direction, uint32_t slot, uint32_t primitive, float u,
-                  float v, Vec3 ng) {
+                  const MeshRecord& record, Vec3 origin, Vec3 direction, uint32_t instance, uint32_t slot,
+                  uint32_t primitive, float u, float v, Vec3 ng) {
   const bool varies = record.alpha.texture >= 0 || (record.flags & MeshRecord::kNeedsUv);
   const Vec2 uv = varies ? HitUv(group, slot, primitive, u, v, ng) : Vec2{};
   const float alpha = textures.Evaluate(record.alpha, uv) * materials.Opacity(record.material, uv);
@@ -52,7 +52,9 @@ bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, cons
   };
   uint64_t key = MixCombine(pair(origin.x, origin.y), pair(origin.z, direction.x));
   key = MixCombine(key, pair(direction.y, direction.z));
-  key = MixCombine(key, uint64_t{slot} << 32 | primitive);
+  key = MixCombine(key, uint64_t{instance} << 32 | primitive);
+  key = MixCombine(key, uint64_t{slot} << 32 | std::bit_cast<uint32_t>(ng.x));
+  key = MixCombine(key, pair(ng.y, ng.z));
   return static_cast<float>(key >> 40) * 0x1p-24f < alpha;
 }
 

@@ -99,11 +99,20 @@ struct Instance {
 
 // Surface uv of a hit inside a group, also where no material asked for it.
 Vec2 HitUv(const GeometryGroup& group, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng);
-// Whether a ray meets the surface or passes through its alpha, or through what its material has of interfaces: a pure
-// function of ray and primitive.
+// Whether a ray (in the group's space) meets the surface or passes through its alpha, or through what its material has
+// of interfaces: a pure function of the ray and of what it meets, so that each layer on its way decides on its own. A
+// sphere is met twice and tells its walls apart by `ng`, its normal there.
 bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MaterialTable& materials,
-                  const MeshRecord& record, Vec3 origin, Vec3 direction, uint32_t slot, uint32_t primitive, float u,
-                  float v, Vec3 ng);
+                  const MeshRecord& record, Vec3 origin, Vec3 direction, uint32_t instance, uint32_t slot,
+                  uint32_t primitive, float u, float v, Vec3 ng);
+
+// How far geometry may reach along each axis: the square of a triangle's normal before it is made a unit vector, 3 (2
+// kLargestCoordinate)^4 at most, must be a float, and so must the cube of a distance.
+inline constexpr float kLargestCoordinate = 1e9f;
+inline constexpr const char* kOutOfReach = " lies beyond 1e9 or is not finite; scale the whole scene down";
+inline bool WithinReach(Vec3 p) {
+  return IsFinite(p) && MaxComponent(Abs(p)) <= kLargestCoordinate;
+}
 
 // Error bounds. kRound is half an ulp of 1; the factors are justified and tested in
 // tests/scene/accelerator_offset_test.cpp.

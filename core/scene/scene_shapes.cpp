@@ -13,14 +13,8 @@ struct Overloaded : Handlers... {
   using Handlers::operator()...;
 };
 
-constexpr float kLargestCoordinate = 1e15f;  // squares and products of three stay finite
-
 [[noreturn]] void Fail(ErrorKind kind, const SourceLocation& where, const std::string& why) {
   throw Error(kind, where.ToString() + ": " + why);
-}
-
-bool Usable(Vec3 p) {
-  return IsFinite(p) && MaxComponent(Abs(p)) <= kLargestCoordinate;
 }
 
 }  // namespace
@@ -128,8 +122,7 @@ void ShapeCompiler::AddMesh(const TriangleMesh& mesh, const Surface& surface, Ge
   for (size_t i = 0; i < count; ++i) {
     Vertex& v = vertices[i];
     v.p = surface.transform.Point(mesh.positions[i]);
-    if (!Usable(v.p))
-      Fail(ErrorKind::kInvalidInput, where, "vertex " + std::to_string(i) + " is not finite or beyond 1e15");
+    if (!WithinReach(v.p)) Fail(ErrorKind::kInvalidInput, where, "vertex " + std::to_string(i) + kOutOfReach);
     if (!mesh.uvs.empty()) {
       v.u = mesh.uvs[i].x;
       v.v = mesh.uvs[i].y;
@@ -161,7 +154,7 @@ void ShapeCompiler::AddMesh(const TriangleMesh& mesh, const Surface& surface, Ge
     const Vertex &a = vertices[corner[0]], &b = vertices[corner[1]], &c = vertices[corner[2]];
     const Vec3 e1 = b.p - a.p, e2 = c.p - a.p, cross = Cross(e1, e2);
     const float length_squared = LengthSquared(cross);
-    if (!(length_squared > 1e-37f) || !std::isfinite(length_squared)) {
+    if (!(length_squared > 1e-37f)) {
       ++group->dropped_triangles;
       continue;
     }
@@ -216,8 +209,8 @@ void ShapeCompiler::AddQuadric(Quadric q, bool sphere, const Surface& surface, G
     box.min[axis] = static_cast<float>(center[axis] - half);
     box.max[axis] = static_cast<float>(center[axis] + half);
   }
-  if (!Usable(box.min) || !Usable(box.max))
-    Fail(ErrorKind::kInvalidInput, where, "the shape reaches beyond 1e15 or is not finite");
+  if (!WithinReach(box.min) || !WithinReach(box.max))
+    Fail(ErrorKind::kInvalidInput, where, std::string("the shape") + kOutOfReach);
   group->bounds.Extend(box);
   q.scale = static_cast<float>(longest * q.radius);
   q.record.flags = surface.flags;

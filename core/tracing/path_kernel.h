@@ -95,7 +95,7 @@ class PathKernel {
     Rgb radiance;
     uint8_t group = 0;  // of its light
   };
-  DirectSample DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_light,
+  DirectSample DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, double u_light,
                            Vec2 u, PathCounters* counters) const;
 
   const SceneT& scene_;
@@ -108,14 +108,14 @@ class PathKernel {
 // all there is, and q was learned of others: q = 1.
 template <unsigned kFeatures, class Guide, class SceneT>
 inline auto PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo,
-                                                              const Local& local, float u_light, Vec2 u,
+                                                              const Local& local, double u_light, Vec2 u,
                                                               PathCounters* counters) const -> DirectSample {
   const bool all = settings_.next_event == NextEvent::kAll;
   float share = 1;
   if constexpr (Guide::kGuides) {
     if (all) share = local.nee_probability;
     if (!(u_light < share)) return {};
-    u_light = std::min(u_light / share, kOneMinusEpsilon);
+    u_light /= share;
   }
   const auto light =
       all ? scene_.SampleLight(si.p, u_light, u, local.lights) : scene_.SampleUnseenLight(si.p, u_light, u);
@@ -221,7 +221,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     const Local at = smooth ? guide_.At(si, bsdf, wo) : Local{};
     DirectSample direct;
     if (smooth && settings_.next_event != NextEvent::kNone)
-      direct = DirectLight(si, bsdf, wo, at, u_choice.y, sampler.Next2D(), counters);
+      direct = DirectLight(si, bsdf, wo, at, sampler.Refine(u_choice.y), sampler.Next2D(), counters);
     radiance += beta * direct.radiance;
 
     // The next direction.

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "core/math/sampler.h"
 #include "tests/support/statistical.h"
 
@@ -39,6 +41,55 @@ TEST(AliasTable, TinyWeightsKeepTheirProbability) {
   EXPECT_GT(table.Pmf(0), 0);
   EXPECT_FLOAT_EQ(table.Pmf(1), 1e-12f);
   EXPECT_EQ(AliasTable(std::vector<double>{0, 0, 5}).Sample(0.1f), 2u);
+}
+
+// How far off are the picks of every u below `q`, stretched by 1 / q as where a choice comes before: the worst share of
+// a class of indices, against its probability. A class is those that as many of the u pick; small ones are left out.
+struct PickErrors {
+  double plain = 0, refined = 0;
+};
+PickErrors WorstErrors(const std::vector<double>& weights, float q) {
+  const AliasTable table(weights);
+  std::vector<Sampler> samplers;  // about as many numbers for each q
+  for (uint32_t pass = 0; pass < 1 / q; ++pass) samplers.emplace_back(1, 2, 3, pass);
+  std::vector<uint32_t> plain(weights.size()), refined(weights.size());
+  for (uint32_t k = 0; k < 1u << 24; ++k) {
+    const float u = static_cast<float>(k) * 0x1p-24f;
+    if (!(u < q)) break;
+    ++plain[table.Sample(double{u} / q)];
+    for (const Sampler& sampler : samplers) {
+      const double fine = sampler.Refine(u);
+      if (fine < q) ++refined[table.Sample(fine / q)];
+    }
+  }
+  struct Class {
+    double plain = 0, refined = 0, expected = 0;
+  };
+  std::map<uint32_t, Class> classes;
+  for (uint32_t i = 0; i < weights.size(); ++i) {
+    Class& c = classes[plain[i]];
+    c.plain += plain[i] / (0x1p24 * q);
+    c.refined += refined[i] / (0x1p24 * q * double(samplers.size()));
+    c.expected += table.Pmf(i);
+  }
+  PickErrors worst;
+  for (const auto& [count, c] : classes) {
+    if (c.expected < 0.1) continue;
+    worst.plain = std::max(worst.plain, std::fabs(c.plain / c.expected - 1));
+    worst.refined = std::max(worst.refined, std::fabs(c.refined / c.expected - 1));
+  }
+  return worst;
+}
+
+TEST(AliasTable, PicksByWeightAmongMany) {
+  std::vector<double> equal(1000000, 1.0), unequal(1 << 20, 1.0);
+  for (size_t i = 0; i < unequal.size(); i += 2) unequal[i] = 0.3;
+  for (const std::vector<double>* weights : {&equal, &unequal})
+    for (const float q : {1.0f, 0.1f}) {
+      const PickErrors errors = WorstErrors(*weights, q);
+      EXPECT_LT(errors.refined, 1e-3) << weights->size() << " weights, q " << q;
+      EXPECT_GT(errors.plain, 0.04) << weights->size() << " weights, q " << q;  // what 24 bits do
+    }
 }
 
 // Interleaved with something else, as its users have it.

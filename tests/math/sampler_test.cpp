@@ -128,5 +128,27 @@ TEST(Sampler, StaysBelowOne) {
   EXPECT_LT(Sampler::ToUnit(~0u), 1);
 }
 
+// Over the pixels for one u, and over the u for one pixel.
+TEST(Sampler, RefinesByBitsOfTheirOwn) {
+  constexpr uint32_t kCount = 20000;
+  std::vector<float> over_pixels, over_u;
+  const auto added = [](const Sampler& sampler, float u) {
+    const double refined = sampler.Refine(u);
+    EXPECT_EQ(std::floor(refined * 0x1p24), double{u} * 0x1p24);
+    return static_cast<float>((refined - u) * 0x1p24);
+  };
+  for (uint32_t i = 0; i < kCount; ++i) {
+    over_pixels.push_back(added(Sampler(7, i, 0, 3), 0.3125f));
+    over_u.push_back(added(Sampler(7, 0, 0, 3), Sampler::ToUnit(i << 8)));
+  }
+  EXPECT_LT(Sampler(7, 0, 0, 0).Refine(Sampler::ToUnit(~0u)), 1);
+  for (auto* values : {&over_pixels, &over_u}) {
+    const TestResult result = ChiSquareUniform(*values, 64, kLevel);
+    EXPECT_TRUE(result.accepted) << result.message;
+    for (float& value : *values) value *= 0.97f;
+    EXPECT_FALSE(ChiSquareUniform(*values, 64, kLevel).accepted);
+  }
+}
+
 }  // namespace
 }  // namespace lodestar::test

@@ -242,6 +242,50 @@ TEST(Accelerator, ConstantAlphaIsAStochasticOpacity) {
   }
 }
 
+// How far rays down the z axis from 4 above go, by whole units; the last count is of those that meet nothing. Both
+// kinds of rays agree on that.
+std::vector<double> Depths(const Scene& scene, int rays) {
+  Random random(17);
+  std::vector<double> counts(9);
+  for (int i = 0; i < rays; ++i) {
+    const Vec2 u = random.Next2D();
+    const Ray ray{{0.1f * u.x, 0.1f * u.y, 4}, {0, 0, -1}, kInfinity};
+    Hit hit;
+    const bool met = scene.Intersect(ray, &hit);
+    EXPECT_EQ(met, !scene.Unoccluded(ray));
+    ++counts[met ? static_cast<size_t>(hit.t + 0.5f) : 8];
+  }
+  return counts;
+}
+
+// Each layer on a ray's way takes its share of what the layers before it let through.
+TEST(Accelerator, LayersOfAlphaDecideEachOnItsOwn) {
+  constexpr int kRays = 100000;
+  const double level = test::SidakLevel(0.01, 2);
+  SceneBuilder ball;
+  ball.Add(SphereShape{1}).alpha.value = 0.5f;
+  // Two objects and the world, each with one shape that is the first of its kind. An object used once would be the
+  // world's.
+  SceneBuilder quads;
+  for (const float z : {1.0f, 0.0f, -1.0f}) quads.Add(test::Quad({-1, -1, z}, {2, 0, 0}, {0, 2, 0})).alpha.value = 0.5f;
+  for (const int object : {0, 1}) {
+    quads.d.objects.push_back({"o", {quads.d.shapes.front()}});
+    for (const float x : {0.0f, 5.0f}) quads.d.instances.push_back({object, Transform::Translate({x, 0, 0}), {}});
+    quads.d.shapes.erase(quads.d.shapes.begin());
+  }
+  const auto expect = [&](const SceneBuilder& b, std::vector<double> shares, std::vector<double> as_one) {
+    const auto counts = Depths(*b.Compile(), kRays);
+    for (auto* v : {&shares, &as_one})
+      for (double& share : *v) share *= kRays;
+    const auto result = test::ChiSquareTest(counts, shares, level);
+    EXPECT_TRUE(result.accepted) << result.message;
+    EXPECT_FALSE(test::ChiSquareTest(counts, as_one, level).accepted);
+  };
+  // Near wall, far wall, neither.
+  expect(ball, {0, 0, 0, 0.5, 0, 0.25, 0, 0, 0.25}, {0, 0, 0, 0.5, 0, 0, 0, 0, 0.5});
+  expect(quads, {0, 0, 0, 0.5, 0.25, 0.125, 0, 0, 0.125}, {0, 0, 0, 0.5, 0, 0, 0, 0, 0.5});
+}
+
 TEST(Accelerator, InterfacesAreNotThere) {
   SceneBuilder b;
   b.d.materials.push_back({"nothing", InterfaceMaterial{}, {}});

@@ -96,8 +96,7 @@ test::TestResult Frequencies(double wrong) {
   std::vector<double> observed(lights.size()), expected;
   Random random(5);
   for (int i = 0; i < kCount; ++i) {
-    const float u = random.Next1D();
-    const auto choice = groups.Sample(weights, u, random.Next1D());
+    const auto choice = groups.Sample(weights, random.Next1D());
     EXPECT_EQ(choice.group, groups.group(choice.light));
     EXPECT_EQ(choice.ratio, groups.Ratio(weights, choice.group));
     observed[choice.light] += 1;

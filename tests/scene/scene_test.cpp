@@ -210,6 +210,64 @@ TEST(Instances, EqualFlattenedGeometry) {
   EXPECT_LT(odd, 40);
 }
 
+// ---- reach ----
+
+// A ground of this half side, at `place`, in the world, or in an object that is used once or twice.
+SceneBuilder Ground(float half, Vec3 place, int uses) {
+  SceneBuilder b;
+  b.Add(test::Quad({-half, -half, 0}, {2 * half, 0, 0}, {0, 2 * half, 0}), Transform::Translate(place));
+  if (uses > 0) {
+    b.d.objects.push_back({"o", {b.d.shapes[0]}});
+    b.d.shapes.clear();
+    for (int i = 0; i < uses; ++i) b.d.instances.push_back({0, Transform(), {"test.pbrt", 20, 1}});
+  }
+  return b;
+}
+
+// What reaches too far for its normal to be computed is an error; what does not is there.
+TEST(Reach, GeometryIsMetOrRefusedAndNeverDropped) {
+  for (const int uses : {0, 1, 2}) {
+    for (const float half : {1.0f, 1e6f, 0.99e9f}) {
+      const auto scene = Ground(half, {}, uses).Compile();
+      EXPECT_EQ(scene->dropped_triangles(), 0u);
+      EXPECT_NEAR(At(*scene, kDown).ng.z, 1, 1e-6) << half;
+    }
+    for (const float half : {1.1e9f, 5e9f, 1e10f, 1e14f}) EXPECT_THROW(Ground(half, {}, uses).Compile(), Error) << half;
+    EXPECT_THROW(Ground(1, {0, 0, 2e9f}, uses).Compile(), Error);
+  }
+  // Only the instance reaches too far.
+  SceneBuilder far = Ground(1, {}, 2);
+  far.d.instances[1].world_from_instance = Transform::Translate({2e9f, 0, 0});
+  SceneBuilder ball;
+  ball.Add(SphereShape{1.1e9f});
+  for (const SceneBuilder& b : {far, ball}) {
+    try {
+      b.Compile();
+      ADD_FAILURE() << "was accepted";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("beyond 1e9"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("test.pbrt:"), std::string::npos) << error.what();
+    }
+  }
+}
+
+// The largest triangles that may shine do so as they should: seen from a little above, half of the sky.
+TEST(Reach, AnEmitterOfTheLargestSizeLights) {
+  SceneBuilder b;
+  b.AddLight(test::Quad({-1e9f, -1e9f, 0}, {2e9f, 0, 0}, {0, 2e9f, 0}), Rgb(1));
+  const auto scene = b.Compile();
+  Random random(4);
+  test::Moments irradiance;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec2 u = random.Next2D();
+    const auto s = scene->SampleLight({0, 0, 1e7f}, random.Next1D(), u);
+    irradiance.Add(s ? std::max(-s->wi.z, 0.0f) / double(s->pdf) : 0);
+  }
+  const auto result = test::TTest(irradiance, double(kPi), 0.01, 1e-3);
+  EXPECT_TRUE(result.accepted) << result.message;
+  EXPECT_FALSE(test::TTest(irradiance, 1.05 * double(kPi), 0.01, 1e-3).accepted);
+}
+
 TEST(Instances, UsedOnceJoinsTheWorld) {
   SceneBuilder b;
   b.Add(Flat());
