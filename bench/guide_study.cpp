@@ -111,7 +111,7 @@ template <class Guide>
 Directions Watch(const Scene& scene, NeeMode nee, const Guide& guide) {
   PathSettings settings;
   settings.max_depth = scene.max_depth();
-  settings.next_event = nee == NeeMode::kAlways && scene.has_lights();
+  settings.next_event = SampledLights(scene, nee, 0);
   const PathKernel<kRecord | kEnvironment | kTextures | kSpecular, Guide> kernel(scene, settings, guide);
   PathCounters counters;
   std::vector<PathVertex> vertices;

@@ -37,6 +37,9 @@ class RecordingScene {
   SurfaceInteraction Interaction(const Ray& ray, const Hit& hit) const { return scene_.Interaction(ray, hit); }
   Bsdf BsdfAt(const SurfaceInteraction& si, float u) const { return scene_.BsdfAt(si, u); }
   const Bsdf& ReadyBsdf(const SurfaceInteraction& si) const { return scene_.ReadyBsdf(si); }
+  std::optional<LightSample> SampleUnseenLight(Vec3 p, double pick, Vec2 u) const {
+    return scene_.SampleUnseenLight(p, pick, u);
+  }
   std::optional<LightSample> SampleLight(Vec3 p, double pick, Vec2 u, LightGroupWeights weights) const {
     return scene_.SampleLight(p, pick, u, weights);
   }

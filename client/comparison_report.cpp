@@ -184,8 +184,9 @@ std::string HtmlReport(const Json& document) {
     text += "<figure><img src=\"" + Escape(run["picture"]) + "\" alt=\"picture\"><figcaption>" + seed + ", " +
             run["spp"].dump() + " spp</figcaption></figure>\n";
     if (const std::string map = run["map"]; !map.empty()) {
-      text += "<figure><img src=\"" + Escape(map) +
-              "\" alt=\"error map\"><figcaption>relative luminance error, -1 (blue) to 1 (red)</figcaption></figure>\n";
+      text +=
+          "<figure><img src=\"" + Escape(map) +
+          "\" alt=\"error map\"><figcaption>relative luminance error, -1 (blue) to 1 (orange)</figcaption></figure>\n";
     }
     if (run.contains("choice")) text += "<p>Chose " + Escape(run["choice"]) + ".</p>\n";
   }

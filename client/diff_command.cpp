@@ -60,7 +60,7 @@ void AddDiffCommand(CLI::App& app, Invocation& invocation) {
       ->required()
       ->type_name("REFERENCE");
   sub->add_option("-o,--output", arguments->output,
-                  "Write the relative luminance error in false colours: blue too dark, red too bright")
+                  "Write the relative luminance error in false colours: blue too dark, orange too bright")
       ->type_name("FILE.png")
       ->check([](const std::string& name) { return name.ends_with(".png") ? "" : "the error map must end in .png"; });
   sub->add_option("--limit", arguments->limit, "Relative error at the ends of the colour scale")

@@ -25,23 +25,17 @@ std::vector<Segment> Follow(const Scene& scene, SurfaceHit at, const Technique& 
     if (!sample) break;
     weight *= sample->weight;
     const float u_mix = sampler.Next2D().y;
-    const Vec3 from = Scene::OffsetOrigin(at.si, sample->w);
-    Ray ray{from, sample->w, kInfinity};
+    const Ray ray{Scene::OffsetOrigin(at.si, sample->w), sample->w, kInfinity};
     Hit hit;
-    Rgb emitted;
-    bool met = false, left = false;
-    for (int passed = 0; !met && passed <= kMostInterfaces; ++passed) {
-      left = !scene.Intersect(ray, &hit);
-      if (left) break;
-      at.si = scene.Interaction(ray, hit);
-      if (at.si.light >= 0) emitted += scene.Emitted(at.si, -ray.direction);
-      at.bsdf = scene.BsdfAt(at.si, u_mix);
-      met = at.bsdf.kind() != Bsdf::Kind::kNone;
-      ray.origin = Scene::OffsetOrigin(at.si, ray.direction);
+    if (!scene.Intersect(ray, &hit)) {
+      path.push_back({ray.origin, ray.origin + ray.direction * far,
+                      Luminance(weight * scene.Environment(ray.direction).radiance)});
+      break;
     }
-    if (left) emitted += scene.Environment(ray.direction).radiance;
-    path.push_back({from, met ? at.si.p : from + ray.direction * far, Luminance(weight * emitted)});
-    if (!met) break;
+    at.si = scene.Interaction(ray, hit);
+    at.bsdf = scene.BsdfAt(at.si, u_mix);
+    const Rgb emitted = at.si.light >= 0 ? scene.Emitted(at.si, -ray.direction) : Rgb();
+    path.push_back({ray.origin, at.si.p, Luminance(weight * emitted)});
     at.wo = at.si.shading.ToLocal(-ray.direction);
   }
   for (size_t i = path.size(); i-- > 1;) path[i - 1].light += path[i].light;

@@ -125,7 +125,8 @@ void AddRenderCommand(CLI::App& app, Invocation& invocation) {
                   "false-colour OUT-bsdf-fraction.png: blue guided, orange by the BSDF), nee (guide.nee, the share of "
                   "vertices that sample a light) [none]")
       ->type_name("NAME,...");
-  sub->add_option("--threads", arguments->threads, "Threads [those this process may use]; never changes the image")
+  sub->add_option("--threads", arguments->threads,
+                  "Threads [those this process may use]; the image depends on them only with --time")
       ->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--json", arguments->json, "One JSON document on standard out: the report and the names of the files");
   sub->add_flag("--quiet", arguments->quiet, "No progress on standard error");

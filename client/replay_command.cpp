@@ -64,7 +64,7 @@ class ReplayExecutor final : public Executor {
                               const StopToken& stop) const {
     const auto tracer = PrepareTracer(scene_, job_, method_, state);
     Sample sample;
-    sample.radiance = tracer->TraceSample(pixel_.x, pixel_.y, pass_, round.record);
+    sample.radiance = tracer->TraceSample(round, pixel_.x, pixel_.y, pass_);
     Contribution contribution;
     if (round.record) contribution.statistics = method_.NewStatistics(state);
     const uint32_t columns =

@@ -93,8 +93,10 @@ void AddSubmitCommand(CLI::App& app, Invocation& invocation) {
   AddFarmOption(*sub, arguments->farm);
   sub->add_option("--name", arguments->name, "Name of the job in lists [the scene's]")->type_name("TEXT");
   sub->add_option("--priority", arguments->priority, "Larger comes first")->capture_default_str();
-  sub->add_option("--threads", arguments->threads,
-                  "Each worker renders the job on at most so many threads [all that it has]; never changes the image")
+  sub->add_option(
+         "--threads", arguments->threads,
+         "Each worker renders the job on at most so many threads [all that it has]; the image depends on them only "
+         "with --time")
       ->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--watch", arguments->watch, "Show progress until the job ends");
   sub->add_option("-o,--output", arguments->follow.output,

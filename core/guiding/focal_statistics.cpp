@@ -58,7 +58,8 @@ void FocalStatistics::Record(const FocalRecord& r) {
                                                r.guide_pdf);
   }
   Collect(r);
-  bool by_weight = options.Narrows(field_->iteration());
+  // A field that has met no light yet is still at its beginning, whatever the iteration.
+  bool by_weight = options.Narrows(field_->iteration()) && field_->HasLearned();
   if (by_weight) {
     if (options.by_mixture) value *= std::min((1 - field_->BsdfFraction(r.position)) * (r.guide_pdf / r.pdf), 1.0f);
     // Relative to the largest, so that the power cannot leave the range of a float.

@@ -17,7 +17,8 @@ MethodEntry PathMethod::Entry() {
   return {"path",
           "path tracing without guiding",
           {{"nee", "always | never", "always",
-            "next event estimation: sample a light at each vertex, MIS-weighted; 'never' only to compare against"}}};
+            "next event estimation: sample a light at each vertex, MIS-weighted; 'never' only to compare against, and "
+            "not of lights that no path can meet (points, spots, distant and invisible ones)"}}};
 }
 
 PathMethod::PathMethod(const JobSpec& job) {

@@ -1,9 +1,10 @@
-// Random numbers of one pixel sample: a pure function of (job seed, pixel, pass, dimension), never of thread, worker,
-// time or order.
+// Random numbers of one pixel sample: a pure function of (job seed, pixel, iteration, pass, dimension), never of
+// thread, worker, time or order.
 //
 // The first kSobolPairs pairs of dimensions are the first two Sobol' dimensions, Owen-scrambled and shuffled by hashing
 // (Burley 2020, "Practical Hash-based Owen Scrambling"), stratified over blocks of kBlockPasses passes; each block is
-// scrambled on its own, so blocks are independent and a variance from per-sample moments is at worst too large. Later
+// scrambled on its own, so blocks are independent and a variance from per-sample moments is at worst too large. So is
+// each iteration: what a guide has learned from the first passes of a block must not know the others' numbers. Later
 // dimensions gain nothing from stratification at the counts that are affordable there and are plain hashes, which cost
 // a quarter.
 #pragma once
@@ -21,9 +22,10 @@ class Sampler {
   static constexpr uint32_t kBlockPasses = 16;
   static constexpr uint32_t kSobolPairs = 6;
 
-  Sampler(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y, uint32_t pass)
+  // Passes count through all iterations.
+  Sampler(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y, uint32_t pass, uint32_t iteration = 0)
       : block_key_(MixCombine(seed, (uint64_t{pixel_y} << 32) | pixel_x) +
-                   (pass / kBlockPasses) * 0xd1342543de82ef95ULL),
+                   (uint64_t{iteration} << 32 | pass / kBlockPasses) * 0xd1342543de82ef95ULL),
         pass_key_(Mix64(block_key_ + (pass % kBlockPasses) * 0x9e3779b97f4a7c15ULL)),
         reversed_index_(ReverseBits(pass % kBlockPasses)) {}
 

@@ -18,6 +18,7 @@ namespace {
 struct Callback {
   const GeometryGroup* group;
   const TextureTable* textures;
+  const MaterialTable* materials;
   uint32_t slot;
   const std::vector<Quadric>* quadrics = nullptr;
 };
@@ -40,18 +41,15 @@ void SetRay(const Ray& ray, RTCRay* r) {
   r->flags = 0;
 }
 
-// The filter of triangles with alpha or without shadow; N is always 1 here.
-template <bool kShadow>
+// The filter of triangles with alpha; N is always 1 here.
 void FilterTriangle(const RTCFilterFunctionNArguments* args) {
   const auto& callback = *static_cast<const Callback*>(args->geometryUserPtr);
   const auto& ray = *reinterpret_cast<const RTCRay*>(args->ray);
   const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
   const MeshRecord& record = callback.group->meshes[callback.group->triangles[callback.slot][hit.primID].mesh];
-  bool accept = !(kShadow && (record.flags & MeshRecord::kNoShadow));
-  if (accept && (record.flags & MeshRecord::kHasAlpha))
-    accept = AlphaAccepts(*callback.group, *callback.textures, record, Origin(ray), Direction(ray),
-                          args->context->instID[0], callback.slot, hit.primID, hit.u, hit.v, {});
-  if (!accept) args->valid[0] = 0;
+  if (!AlphaAccepts(*callback.group, *callback.textures, *callback.materials, record, Origin(ray), Direction(ray),
+                    args->context->instID[0], callback.slot, hit.primID, hit.u, hit.v, {}))
+    args->valid[0] = 0;
 }
 
 struct QuadricHit {
@@ -105,15 +103,13 @@ bool IntersectDisk(const Quadric& q, const RTCRay& ray, double t_max, QuadricHit
   return accept(*out);
 }
 
-template <bool kShadow>
 bool IntersectQuadric(const Callback& callback, unsigned instance, unsigned primitive, const RTCRay& ray,
                       QuadricHit* hit) {
   const Quadric& q = (*callback.quadrics)[primitive];
-  if (kShadow && (q.record.flags & MeshRecord::kNoShadow)) return false;
   const auto accept = [&](const QuadricHit& h) {
     return !(q.record.flags & MeshRecord::kHasAlpha) ||
-           AlphaAccepts(*callback.group, *callback.textures, q.record, Origin(ray), Direction(ray), instance,
-                        callback.slot, primitive, h.u, h.v, h.ng);
+           AlphaAccepts(*callback.group, *callback.textures, *callback.materials, q.record, Origin(ray), Direction(ray),
+                        instance, callback.slot, primitive, h.u, h.v, h.ng);
   };
   return callback.slot == kSpheres ? IntersectSphere(q, ray, ray.tfar, hit, accept)
                                    : IntersectDisk(q, ray, ray.tfar, hit, accept);
@@ -124,7 +120,7 @@ void QuadricIntersect(const RTCIntersectFunctionNArguments* args) {
   const auto& callback = *static_cast<const Callback*>(args->geometryUserPtr);
   auto& rayhit = *reinterpret_cast<RTCRayHit*>(args->rayhit);
   QuadricHit hit;
-  if (!IntersectQuadric<false>(callback, args->context->instID[0], args->primID, rayhit.ray, &hit)) return;
+  if (!IntersectQuadric(callback, args->context->instID[0], args->primID, rayhit.ray, &hit)) return;
   rayhit.ray.tfar = static_cast<float>(hit.t);
   rayhit.hit.u = hit.u;
   rayhit.hit.v = hit.v;
@@ -141,7 +137,7 @@ void QuadricOccluded(const RTCOccludedFunctionNArguments* args) {
   const auto& callback = *static_cast<const Callback*>(args->geometryUserPtr);
   auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
   QuadricHit hit;
-  if (IntersectQuadric<true>(callback, args->context->instID[0], args->primID, ray, &hit)) ray.tfar = -kInfinity;
+  if (IntersectQuadric(callback, args->context->instID[0], args->primID, ray, &hit)) ray.tfar = -kInfinity;
 }
 
 // Boxes of the ellipsoid or ellipse, rounded outwards.
@@ -175,6 +171,10 @@ bool OnMemory(void* user, ssize_t bytes, bool) {
 }  // namespace
 
 struct Accelerator::Impl {
+  Impl(const TextureTable& textures, const MaterialTable& materials) : textures(textures), materials(materials) {}
+
+  const TextureTable& textures;
+  const MaterialTable& materials;
   std::atomic<int64_t> memory{0};
   std::string error;
   RTCDevice device = nullptr;
@@ -193,8 +193,7 @@ struct Accelerator::Impl {
     rtcReleaseGeometry(geometry);
   }
 
-  RTCScene Build(const GeometryGroup& group, const TextureTable& textures, const std::vector<Instance>* instances,
-                 RTCBuildQuality quality) {
+  RTCScene Build(const GeometryGroup& group, const std::vector<Instance>* instances, RTCBuildQuality quality) {
     RTCScene scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, quality);
@@ -207,9 +206,9 @@ struct Accelerator::Impl {
       rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0,
                                  sizeof(Triangle), triangles.size());
       if (slot == kFilteredTriangles) {
-        rtcSetGeometryUserData(geometry, NewCallback(group, textures, slot, nullptr));
-        rtcSetGeometryIntersectFilterFunction(geometry, FilterTriangle<false>);
-        rtcSetGeometryOccludedFilterFunction(geometry, FilterTriangle<true>);
+        rtcSetGeometryUserData(geometry, NewCallback(group, slot, nullptr));
+        rtcSetGeometryIntersectFilterFunction(geometry, FilterTriangle);
+        rtcSetGeometryOccludedFilterFunction(geometry, FilterTriangle);
       }
       Attach(scene, geometry, slot, quality);
     }
@@ -218,7 +217,7 @@ struct Accelerator::Impl {
       if (quadrics.empty()) continue;
       RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
       rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(quadrics.size()));
-      rtcSetGeometryUserData(geometry, NewCallback(group, textures, slot, &quadrics));
+      rtcSetGeometryUserData(geometry, NewCallback(group, slot, &quadrics));
       rtcSetGeometryBoundsFunction(geometry, QuadricBounds, nullptr);
       rtcSetGeometryIntersectFunction(geometry, QuadricIntersect);
       rtcSetGeometryOccludedFunction(geometry, QuadricOccluded);
@@ -241,16 +240,15 @@ struct Accelerator::Impl {
     return scene;
   }
 
-  Callback* NewCallback(const GeometryGroup& group, const TextureTable& textures, uint32_t slot,
-                        const std::vector<Quadric>* quadrics) {
-    callbacks.push_back(std::make_unique<Callback>(Callback{&group, &textures, slot, quadrics}));
+  Callback* NewCallback(const GeometryGroup& group, uint32_t slot, const std::vector<Quadric>* quadrics) {
+    callbacks.push_back(std::make_unique<Callback>(Callback{&group, &textures, &materials, slot, quadrics}));
     return callbacks.back().get();
   }
 };
 
 Accelerator::Accelerator(const std::vector<GeometryGroup>& groups, const std::vector<Instance>& instances,
-                         const TextureTable& textures, Quality quality)
-    : impl_(std::make_unique<Impl>()) {
+                         const TextureTable& textures, const MaterialTable& materials, Quality quality)
+    : impl_(std::make_unique<Impl>(textures, materials)) {
   LODESTAR_CHECK(!groups.empty());
   impl_->device = rtcNewDevice("isa=avx2,start_threads=0,set_affinity=0");
   if (!impl_->device)
@@ -260,8 +258,8 @@ Accelerator::Accelerator(const std::vector<GeometryGroup>& groups, const std::ve
   const RTCBuildQuality build = quality == Quality::kHigh ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
   impl_->scenes.resize(groups.size(), nullptr);
   // The world last: its instances refer to the committed others.
-  for (size_t i = 1; i < groups.size(); ++i) impl_->scenes[i] = impl_->Build(groups[i], textures, nullptr, build);
-  impl_->scenes[0] = impl_->Build(groups[0], textures, &instances, build);
+  for (size_t i = 1; i < groups.size(); ++i) impl_->scenes[i] = impl_->Build(groups[i], nullptr, build);
+  impl_->scenes[0] = impl_->Build(groups[0], &instances, build);
   if (!impl_->error.empty())
     throw Error(ErrorKind::kIo, "building the ray tracing structure failed: " + impl_->error +
                                     "; is there enough memory for this scene?");

@@ -92,6 +92,11 @@ class Bsdf {
   // one. What BsdfSample::alpha is, for a direction that something else has drawn.
   float AlphaAt(Vec3 wo, Vec3 wi) const;
 
+  // As BsdfSample::eta, of a smooth direction that something else has drawn.
+  float EtaAcross(Vec3 wo, Vec3 wi) const {
+    return kind_ == Kind::kDielectric && wo.z * wi.z < 0 ? (wo.z > 0 ? eta_ : inverse_eta_) : 1;
+  }
+
   // Factories; `alpha` are GGX alphas after remapping. Alphas (both) below kSmoothAlpha become delta lobes, as does a
   // dielectric of eta 1. All are cheap enough to be called at every hit, where textures vary; the coated ones look
   // their table up by eta, which the first call builds (50 ms): call them once while compiling.

@@ -27,7 +27,7 @@ int32_t LightTable::AddArea(Light light, const Emission& emission, double area) 
   light.hidden = emission.hidden;
   light.radiance = emission.radiance;
   light.power = Power(emission.radiance) * double(kPi) * area * (emission.two_sided ? 2 : 1);
-  has_area_lights_ = true;
+  has_area_lights_ |= !emission.hidden;
   lights_.push_back(light);
   return static_cast<int32_t>(lights_.size()) - 1;
 }
@@ -85,7 +85,6 @@ void LightTable::AddPoint(const PointLight& l) {
   light.radiance = l.intensity;
   light.triangle.p0 = l.from;
   light.power = 4 * double(kPi) * Power(l.intensity);
-  has_delta_lights_ = true;
   lights_.push_back(light);
 }
 
@@ -98,7 +97,6 @@ void LightTable::AddSpot(const SpotLight& l) {
   light.cos_start = SinCos(Radians(std::max(l.cone_angle - l.cone_delta, 0.0f))).cos;
   // The smooth step averages a half between the two cosines.
   light.power = 2 * double(kPi) * Power(l.intensity) * (1 - 0.5 * (double(light.cos_total) + light.cos_start));
-  has_delta_lights_ = true;
   lights_.push_back(light);
 }
 
@@ -107,7 +105,6 @@ void LightTable::AddDistant(const DistantLight& l) {
   light.radiance = l.radiance;
   light.triangle.n = Normalize(l.to_light);
   light.power = Power(l.radiance);  // times the scene's disk in Finish
-  has_delta_lights_ = true;
   lights_.push_back(light);
 }
 
@@ -142,6 +139,15 @@ void LightTable::Finish(const Bounds3& bounds) {
     lights_[i].pick = table_.Pmf(static_cast<uint32_t>(i));
     if (lights_[i].kind == Kind::kEnvironment) environment_pick_[lights_[i].side] = lights_[i].pick;
   }
+  weights.clear();
+  for (size_t i = 0; i < lights_.size(); ++i) {
+    const Light& l = lights_[i];
+    const bool delta = l.kind == Kind::kPoint || l.kind == Kind::kSpot || l.kind == Kind::kDistant;
+    if (!(l.power > 0) || !(delta || l.hidden)) continue;
+    unseen_.push_back(static_cast<uint32_t>(i));
+    weights.push_back(l.pick);
+  }
+  if (!unseen_.empty()) unseen_table_ = AliasTable(weights);
   using Place = LightGroups::Light::Place;
   std::vector<LightGroups::Light> placed;
   for (const Light& l : lights_) {
@@ -167,6 +173,15 @@ std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3
     sample->pdf *= choice.ratio;
     sample->group = choice.group;
   }
+  return sample;
+}
+
+std::optional<LightSample> LightTable::SampleUnseen(const TextureTable& textures, Vec3 p, double u_pick, Vec2 u) const {
+  if (unseen_.empty()) return {};
+  const uint32_t at = unseen_table_.Sample(u_pick);
+  const Light& light = lights_[unseen_[at]];
+  auto sample = SampleOne(light, textures, p, u);
+  if (sample) sample->pdf *= unseen_table_.Pmf(at) / light.pick;
   return sample;
 }
 

@@ -44,6 +44,8 @@ class LightTable {
   bool empty() const { return lights_.empty(); }
   std::optional<LightSample> Sample(const TextureTable& textures, Vec3 p, double u_pick, Vec2 u,
                                     LightGroupWeights weights) const;
+  // Among the lights that no path can meet, by power.
+  std::optional<LightSample> SampleUnseen(const TextureTable& textures, Vec3 p, double u_pick, Vec2 u) const;
   const LightGroups& groups() const { return groups_; }
   Rgb Emitted(int32_t light, Vec3 ng, Vec3 wo) const {
     const Light& l = lights_[light];
@@ -53,7 +55,7 @@ class LightTable {
   EnvironmentSample Environment(Vec3 wi) const;
   bool has_environment() const { return !environments_.empty(); }
   bool has_area_lights() const { return has_area_lights_; }
-  bool has_delta_lights() const { return has_delta_lights_; }
+  bool has_unseen_lights() const { return !unseen_.empty(); }
   size_t size() const { return lights_.size(); }
   float PickProbability(int32_t light) const { return lights_[light].pick; }
   size_t memory_bytes() const;
@@ -91,8 +93,10 @@ class LightTable {
   std::vector<EnvironmentLight> environments_;
   std::vector<float> environment_pick_;
   AliasTable table_;
+  std::vector<uint32_t> unseen_;  // lights that no path can meet
+  AliasTable unseen_table_;
   LightGroups groups_;
-  bool has_area_lights_ = false, has_delta_lights_ = false;
+  bool has_area_lights_ = false;
 };
 
 }  // namespace lodestar

@@ -70,6 +70,9 @@ bool Scene::has_lights() const {
 std::optional<LightSample> Scene::SampleLight(Vec3 p, double u_pick, Vec2 u, LightGroupWeights weights) const {
   return impl_->lights.Sample(impl_->textures, p, u_pick, u, weights);
 }
+std::optional<LightSample> Scene::SampleUnseenLight(Vec3 p, double u_pick, Vec2 u) const {
+  return impl_->lights.SampleUnseen(impl_->textures, p, u_pick, u);
+}
 Rgb Scene::Emitted(const SurfaceInteraction& si, Vec3 wo_world) const {
   return si.light < 0 ? Rgb() : impl_->lights.Emitted(si.light, si.ng, wo_world);
 }

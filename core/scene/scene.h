@@ -26,12 +26,11 @@ namespace lodestar {
 struct SceneNeeds {
   bool textures = false, alpha = false, environment = false, delta_lobes = false, smooth_lobes = true,
        transmission = false;
-  bool area_lights = false, delta_lights = false, interfaces = false, mix = false, instances = false, quadrics = false,
-       lens = false;
-  bool Lights() const { return area_lights || delta_lights || environment; }
-  // Whether BSDFs are made at the hit; whether paths meet delta lobes or go through surfaces as if they were not there.
+  // unseen_lights: those that no path can meet, points, spots, distant ones and shapes of opacity 0.
+  bool area_lights = false, unseen_lights = false, mix = false, instances = false, quadrics = false, lens = false;
+  bool Lights() const { return area_lights || unseen_lights || environment; }
+  // Whether BSDFs are made at the hit.
   bool BsdfsAtHits() const { return textures || mix; }
-  bool Specular() const { return delta_lobes || interfaces; }
   // Whether there is anything that guiding could learn.
   bool Guidable() const { return smooth_lobes && Lights(); }
   // What there is, in words with spaces between them; "nothing".
@@ -53,7 +52,7 @@ class Scene {
   // ---- rays ----
   bool Intersect(const Ray& ray, Hit* hit) const;
   SurfaceInteraction Interaction(const Ray& ray, const Hit& hit) const;
-  // Nothing between the surface point and the target point / direction. `interfaces` surfaces do not occlude.
+  // Nothing between the surface point and the target point / direction.
   bool Unoccluded(const Ray& ray) const;
   // The origin of a ray that leaves the surface in direction w without meeting it again.
   static Vec3 OffsetOrigin(const SurfaceInteraction& si, Vec3 w) {
@@ -73,6 +72,8 @@ class Scene {
   // u_pick in [0, 1) should have more than 24 bits where there are many lights (Sampler::Refine).
   // With `weights`, a group is chosen by them and a light of it by power; the sample's pdf includes that.
   std::optional<LightSample> SampleLight(Vec3 p, double u_pick, Vec2 u, LightGroupWeights weights = {}) const;
+  // The same among the lights that no path can meet, by power; nothing where there are none.
+  std::optional<LightSample> SampleUnseenLight(Vec3 p, double u_pick, Vec2 u) const;
   // Radiance leaving the emitter of si towards wo_world (world space).
   Rgb Emitted(const SurfaceInteraction& si, Vec3 wo_world) const;
   // Density with which SampleLight(from, ..) produces the direction to si, by power.

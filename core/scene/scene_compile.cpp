@@ -85,7 +85,8 @@ void CompileGeometry(const SceneDescription& description, SceneParts* parts) {
       Fail(use.where, std::string("the instance") + kOutOfReach);
     parts->groups[0].bounds.Extend(bounds);
   }
-  parts->accelerator = std::make_unique<Accelerator>(parts->groups, parts->instances, parts->textures);
+  parts->accelerator =
+      std::make_unique<Accelerator>(parts->groups, parts->instances, parts->textures, parts->materials);
 }
 
 void CompileLights(const SceneDescription& description, SceneParts* parts) {
@@ -154,7 +155,6 @@ SceneNeeds FindNeeds(const SceneDescription& description, const SceneParts& part
     needs.delta_lobes |= t.delta;
     needs.smooth_lobes |= t.smooth;
     needs.transmission |= t.transmission;
-    needs.interfaces |= t.contains_interface;
     needs.mix |= t.mix;
     needs.alpha |= (record.flags & MeshRecord::kHasAlpha) != 0;
   };
@@ -166,7 +166,7 @@ SceneNeeds FindNeeds(const SceneDescription& description, const SceneParts& part
   }
   needs.environment = parts.lights.has_environment();
   needs.area_lights = parts.lights.has_area_lights();
-  needs.delta_lights = parts.lights.has_delta_lights();
+  needs.unseen_lights = parts.lights.has_unseen_lights();
   needs.instances = !parts.instances.empty();
   needs.lens = description.camera.lens_radius > 0;
   return needs;
@@ -184,8 +184,7 @@ std::string SceneNeeds::ToString() const {
   add(smooth_lobes, "smooth-lobes");
   add(transmission, "transmission");
   add(area_lights, "area-lights");
-  add(delta_lights, "delta-lights");
-  add(interfaces, "interfaces");
+  add(unseen_lights, "unseen-lights");
   add(mix, "mix");
   add(instances, "instances");
   add(quadrics, "quadrics");
@@ -206,7 +205,7 @@ std::string SceneNeeds::NotNeeded() const {
     }
     if (!names.empty()) text += (text.empty() ? "" : "; ") + names + " (left out of " + left_out_of + ")";
   };
-  add({{environment, "environment"}, {BsdfsAtHits(), "textures and mixes"}, {Specular(), "delta lobes and interfaces"}},
+  add({{environment, "environment"}, {BsdfsAtHits(), "textures and mixes"}, {delta_lobes, "delta lobes"}},
       "the path kernel");
   add({{alpha, "alpha"}}, "the intersector");
   add({{Lights(), "light samples"}}, "all paths");

@@ -39,10 +39,12 @@ Vec2 HitUv(const GeometryGroup& group, uint32_t slot, uint32_t primitive, float 
   return {turn(v, u), (float(disk.radius) - r) / float(disk.radius - disk.inner_radius)};
 }
 
-bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MeshRecord& record, Vec3 origin,
-                  Vec3 direction, uint32_t instance, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng) {
-  const float alpha =
-      textures.Evaluate(record.alpha, record.alpha.texture < 0 ? Vec2{} : HitUv(group, slot, primitive, u, v, ng));
+bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MaterialTable& materials,
+                  const MeshRecord& record, Vec3 origin, Vec3 direction, uint32_t instance, uint32_t slot,
+                  uint32_t primitive, float u, float v, Vec3 ng) {
+  const bool varies = record.alpha.texture >= 0 || (record.flags & MeshRecord::kNeedsUv);
+  const Vec2 uv = varies ? HitUv(group, slot, primitive, u, v, ng) : Vec2{};
+  const float alpha = textures.Evaluate(record.alpha, uv) * materials.Opacity(record.material, uv);
   if (alpha >= 1) return true;
   if (!(alpha > 0)) return false;
   const auto pair = [](float a, float b) {

@@ -12,6 +12,7 @@
 #include "core/base/huge_pages.h"
 #include "core/math/bounds.h"
 #include "core/scene/description.h"
+#include "core/scene/scene_materials.h"
 #include "core/scene/scene_types.h"
 #include "core/scene/textures.h"
 
@@ -39,9 +40,8 @@ struct MeshRecord {
     kFlip = 4,  // turn cross(e1, e2), for want of normals that say where the outside is
     kNeedsUv = 8,
     kNeedsTangent = 16,
-    kEmissive = 32,   // the outside is one side for the whole triangle, as light sampling sees it
-    kHasAlpha = 64,   // stochastic opacity
-    kNoShadow = 128,  // interface surfaces that emit: seen, but they do not occlude
+    kEmissive = 32,  // the outside is one side for the whole triangle, as light sampling sees it
+    kHasAlpha = 64,  // stochastic opacity, of the shape or of its material
   };
   uint32_t flags = 0;
   uint32_t material = 0;
@@ -99,11 +99,12 @@ struct Instance {
 
 // Surface uv of a hit inside a group, also where no material asked for it.
 Vec2 HitUv(const GeometryGroup& group, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng);
-// Whether a ray (in the group's space) meets the surface or passes through its alpha: a pure function of the ray and of
-// what it meets, so that each layer on its way decides on its own. A sphere is met twice and tells its walls apart by
-// `ng`, its normal there.
-bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MeshRecord& record, Vec3 origin,
-                  Vec3 direction, uint32_t instance, uint32_t slot, uint32_t primitive, float u, float v, Vec3 ng);
+// Whether a ray (in the group's space) meets the surface or passes through its alpha, or through what its material has
+// of interfaces: a pure function of the ray and of what it meets, so that each layer on its way decides on its own. A
+// sphere is met twice and tells its walls apart by `ng`, its normal there.
+bool AlphaAccepts(const GeometryGroup& group, const TextureTable& textures, const MaterialTable& materials,
+                  const MeshRecord& record, Vec3 origin, Vec3 direction, uint32_t instance, uint32_t slot,
+                  uint32_t primitive, float u, float v, Vec3 ng);
 
 // How far geometry may reach along each axis: the square of a triangle's normal before it is made a unit vector, 3 (2
 // kLargestCoordinate)^4 at most, must be a float, and so must the cube of a distance.

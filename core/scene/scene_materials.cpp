@@ -128,10 +128,13 @@ void MaterialTable::Compile(const MaterialDescription& description, Material* m)
                      traits.delta |= t.delta;
                      traits.smooth |= t.smooth;
                      traits.transmission |= t.transmission;
-                     traits.contains_interface |= t.contains_interface;
+                     traits.contains_interface |= t.contains_interface || t.interface_only;
                    }
+                   traits.interface_only =
+                       materials_[d.a].traits.interface_only && materials_[d.b].traits.interface_only;
+                   traits.contains_interface &= !traits.interface_only;
                  },
-                 [&](InterfaceMaterial&) { traits.interface_only = traits.contains_interface = true; },
+                 [&](InterfaceMaterial&) { traits.interface_only = true; },
              },
              m->kind);
   traits.needs_uv |= traits.textured;
@@ -179,11 +182,24 @@ Bsdf MaterialTable::Build(const Material& material, Vec2 uv) const {
                     material.kind);
 }
 
+float MaterialTable::Opacity(uint32_t material, Vec2 uv) const {
+  const Material& m = materials_[material];
+  if (m.traits.interface_only) return 0;
+  if (!m.traits.contains_interface) return 1;
+  const auto& mix = std::get<MixMaterial>(m.kind);
+  const float b = std::clamp(textures_->Evaluate(mix.amount, uv), 0.0f, 1.0f);
+  return (1 - b) * Opacity(mix.a, uv) + b * Opacity(mix.b, uv);
+}
+
 Bsdf MaterialTable::Cook(const Material& material, Vec2 uv, float u_mix) const {
   const Material* m = &material;
   while (m->recipe == Recipe::kMix) {
     const auto& mix = std::get<MixMaterial>(m->kind);
-    const float b = std::clamp(textures_->Evaluate(mix.amount, uv), 0.0f, 1.0f);
+    float b = std::clamp(textures_->Evaluate(mix.amount, uv), 0.0f, 1.0f);
+    if (m->traits.contains_interface) {
+      const float in_a = (1 - b) * Opacity(mix.a, uv), in_b = b * Opacity(mix.b, uv);
+      b = in_b > 0 ? in_b / (in_a + in_b) : 0;
+    }
     // The number that decided is stretched to decide again.
     const bool take_b = u_mix < b;
     u_mix = std::min(take_b ? u_mix / b : (u_mix - b) / (1 - b), kOneMinusEpsilon);

@@ -27,11 +27,15 @@ class MaterialTable {
     LODESTAR_DCHECK(materials_[material].recipe == Recipe::kReady);
     return materials_[material].ready;
   }
+  // The share of rays that meet the material: what a mix has of interfaces lets them through, as an opacity would. At()
+  // is of the rest.
+  float Opacity(uint32_t material, Vec2 uv) const;
 
   // What the materials of a scene may do, over-approximated where textures decide.
   struct Traits {
     bool needs_uv = false, needs_tangent = false, interface_only = false;
-    bool textured = false, delta = false, smooth = false, transmission = false, contains_interface = false, mix = false;
+    bool textured = false, delta = false, smooth = false, transmission = false, mix = false;
+    bool contains_interface = false;  // some, but not all, of a mix
   };
   const Traits& traits(uint32_t material) const { return materials_[material].traits; }
   size_t memory_bytes() const { return materials_.capacity() * sizeof(Material); }

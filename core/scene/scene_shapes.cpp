@@ -28,9 +28,7 @@ struct ShapeCompiler::Surface {
   uint32_t flags = 0;
   FloatValue alpha;
   std::optional<LightTable::Emission> emission;
-  uint32_t slot() const {
-    return flags & (MeshRecord::kHasAlpha | MeshRecord::kNoShadow) ? kFilteredTriangles : kOpaqueTriangles;
-  }
+  uint32_t slot() const { return flags & MeshRecord::kHasAlpha ? kFilteredTriangles : kOpaqueTriangles; }
 };
 
 void ShapeCompiler::Add(const ShapeDescription& shape, const Transform& transform, GeometryGroup* group,
@@ -48,17 +46,21 @@ void ShapeCompiler::Add(const ShapeDescription& shape, const Transform& transfor
   Surface surface{shape, transform, transform.SwapsHandedness(), false, 0, {}, {}};
   surface.alpha = parts_.textures.Fold(shape.alpha);
   surface.invisible = surface.alpha.texture < 0 && !(surface.alpha.value > 0);
-  if (surface.alpha.texture >= 0 || surface.alpha.value < 1) surface.flags |= MeshRecord::kHasAlpha;
+  if (surface.alpha.texture >= 0 || surface.alpha.value < 1 || traits.contains_interface)
+    surface.flags |= MeshRecord::kHasAlpha;
   if (traits.needs_uv) surface.flags |= MeshRecord::kNeedsUv;
   if (traits.needs_tangent) surface.flags |= MeshRecord::kNeedsTangent;
   if (shape.light && !IsBlack(shape.light->radiance)) {
     if (!IsFinite(shape.light->radiance) || MinComponent(shape.light->radiance) < 0)
       Fail(ErrorKind::kInvalidInput, shape.light->where, "an area light's radiance must be finite and not negative");
+    if (traits.interface_only || traits.contains_interface)
+      Fail(ErrorKind::kUnsupported, shape.light->where,
+           "a light on the material \"interface\", or on a mix with it, is not supported: there is no surface to give "
+           "it");
     surface.emission =
         LightTable::Emission{shape.light->radiance, shape.light->two_sided, surface.invisible, surface.alpha};
     surface.flags |= MeshRecord::kEmissive;
   }
-  if (traits.interface_only) surface.flags |= MeshRecord::kNoShadow;
   // What neither scatters nor emits, or is wholly transparent and dark, is not there.
   if (!surface.emission && (traits.interface_only || surface.invisible)) return;
 

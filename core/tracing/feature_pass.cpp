@@ -19,26 +19,17 @@
 namespace lodestar {
 namespace {
 
-// The next surface that scatters along a ray, as the path's vertex `depth`.
-std::optional<SurfaceHit> NextSurface(const Scene& scene, Ray ray, uint32_t depth, Sampler& sampler) {
+// The next surface along a ray, as the path's vertex `depth`.
+std::optional<SurfaceHit> NextSurface(const Scene& scene, const Ray& ray, uint32_t depth, Sampler& sampler) {
   sampler.StartAt(kFirstVertexPair + depth * kPairsPerVertex);
-  const float u_mix = sampler.Next2D().y;
-  float distance = 0;
-  for (int passed = 0; passed <= kMostInterfaces; ++passed) {
-    Hit hit;
-    if (!scene.Intersect(ray, &hit)) return std::nullopt;
-    SurfaceHit found;
-    found.si = scene.Interaction(ray, hit);
-    found.bsdf = scene.BsdfAt(found.si, u_mix);
-    distance += hit.t;
-    if (found.bsdf.kind() != Bsdf::Kind::kNone) {
-      found.wo = found.si.shading.ToLocal(-ray.direction);
-      found.distance = distance;
-      return found;
-    }
-    ray.origin = Scene::OffsetOrigin(found.si, ray.direction);
-  }
-  return std::nullopt;
+  Hit hit;
+  if (!scene.Intersect(ray, &hit)) return std::nullopt;
+  SurfaceHit found;
+  found.si = scene.Interaction(ray, hit);
+  found.bsdf = scene.BsdfAt(found.si, sampler.Next2D().y);
+  found.wo = found.si.shading.ToLocal(-ray.direction);
+  found.distance = hit.t;
+  return found;
 }
 
 // From a first surface on.
@@ -57,10 +48,11 @@ std::optional<SurfaceHit> ThroughMirrors(const Scene& scene, std::optional<Surfa
 }
 
 template <class Guide>
-SharesAt SharesFrom(Guide guide, bool next_event) {
+SharesAt SharesFrom(Guide guide, NextEvent next_event) {
   return [guide = std::move(guide), next_event](const SurfaceHit& hit) -> TechniqueShares {
     const auto local = guide.At(hit.si, hit.bsdf, hit.wo);
-    return {local.bsdf_fraction, next_event ? local.nee_probability : 0.0f};
+    const float shares[] = {0, 1, local.nee_probability};  // by NextEvent
+    return {local.bsdf_fraction, shares[static_cast<size_t>(next_event)]};
   };
 }
 
@@ -114,13 +106,13 @@ SharesAt SharesOf(const Scene& scene, const Method& job_method, const std::share
   const Method& method = *active.method;
   const std::shared_ptr<const State>& state = active.state;
   if (const auto* path = dynamic_cast<const PathMethod*>(&method)) {
-    const float nee = path->options().nee == NeeMode::kAlways && scene.has_lights() ? 1.0f : 0.0f;
+    const float nee = SampledLights(scene, path->options().nee, 0) == NextEvent::kNone ? 0.0f : 1.0f;
     return [nee](const SurfaceHit&) { return TechniqueShares{1, nee}; };
   }
   if (const auto* guided = dynamic_cast<const SdTreeMethod*>(&method)) {
     auto sd_tree = std::dynamic_pointer_cast<const SdTreeState>(state);
     LODESTAR_CHECK(sd_tree);
-    const bool next_event = UsesNee(guided->options().nee, sd_tree->tree().iteration()) && scene.has_lights();
+    const NextEvent next_event = SampledLights(scene, guided->options().nee, sd_tree->tree().iteration());
     if (guided->options().product) return SharesFrom(SdTreeGuide<true>(sd_tree, guided->options().learn), next_event);
     return SharesFrom(SdTreeGuide<false>(sd_tree, guided->options().learn), next_event);
   }
@@ -129,18 +121,17 @@ SharesAt SharesOf(const Scene& scene, const Method& job_method, const std::share
     LODESTAR_CHECK(both);
     const SdTreeMethod::Options& options = mixed->tree().options();
     return SharesFrom(MixedGuide(both, options.learn),
-                      UsesNee(options.nee, both->tree()->tree().iteration()) && scene.has_lights());
+                      SampledLights(scene, options.nee, both->tree()->tree().iteration()));
   }
   if (const auto* focal = dynamic_cast<const FocalMethod*>(&method)) {
     auto field = std::dynamic_pointer_cast<const FocalState>(state);
     LODESTAR_CHECK(field);
-    return SharesFrom(FocalGuide(field), focal->options().nee == NeeMode::kAlways && scene.has_lights());
+    return SharesFrom(FocalGuide(field), SampledLights(scene, focal->options().nee, 0));
   }
   if (const auto* grid = dynamic_cast<const GridMethod*>(&method)) {
     auto table = std::dynamic_pointer_cast<const GridState>(state);
     LODESTAR_CHECK(table);
-    return SharesFrom(GridGuide(table->grid(), grid->options()),
-                      grid->options().nee == NeeMode::kAlways && scene.has_lights());
+    return SharesFrom(GridGuide(table->grid(), grid->options()), SampledLights(scene, grid->options().nee, 0));
   }
   throw Error(ErrorKind::kUnsupported,
               "how method '" + std::string(method.name()) +

@@ -19,7 +19,7 @@ namespace lodestar {
 
 inline constexpr uint32_t kFeatureSamples = Sampler::kBlockPasses;
 
-// A surface that scatters: interfaces are passed through.
+// A surface along a ray.
 struct SurfaceHit {
   SurfaceInteraction si;
   Bsdf bsdf;

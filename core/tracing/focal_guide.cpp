@@ -25,10 +25,8 @@ void FocalGuide::Record(std::span<const PathVertex> vertices, const PixelSample&
                    .guide_pdf = vertex.guide_pdf});
     }
     incident = vertex.emitted * vertex.emission_weight + vertex.direct + vertex.weight * incident;
-    if (vertex.distance > 0) {
-      distance = vertex.distance;
-      image = vertex.alpha < FocalOptions::kImageRoughness;
-    }
+    distance = vertex.distance;
+    image = vertex.alpha < FocalOptions::kImageRoughness;
   }
 }
 

@@ -50,21 +50,22 @@ void GridGuide::Record(std::span<const PathVertex> vertices, const PixelSample&,
   for (size_t i = vertices.size(); i-- > 0;) {
     const PathVertex& vertex = vertices[i];
     Rgb reflected = vertex.weight * (arriving * vertex.roulette);
+    const Place place = Place::Of(vertex.leaf);
     if (vertex.recorded) {
-      const Place place = Place::Of(vertex.leaf);
       const uint32_t direction = grid_->DirectionAt(vertex.wi);
       if (learn_ == GridMethod::Learn::kMonteCarlo) {
         sums.Record(place.cell, direction, Luminance(arriving * vertex.roulette));
       } else {
         // A path that ended here has not seen what arrives.
         if (vertex.roulette > 0) sums.Record(place.cell, direction, Luminance(arriving));
-        if (place.albedo != Place::kNoAlbedo && grid_->Fluence(place.cell) > 0) {
-          const float albedo = static_cast<float>(place.albedo) * (1.0f / 254);
-          reflected = Rgb(albedo * sampling_->MeanRadiance(place.cell, place.normal));
-        } else if (grid_->Fluence(place.cell) > 0) {
-          reflected = vertex.weight * grid_->Radiance(place.cell, direction);
-        }
+        if (grid_->Fluence(place.cell) > 0) reflected = vertex.weight * grid_->Radiance(place.cell, direction);
       }
+    }
+    // Expected SARSA needs no direction of the path's, and so none that came to something.
+    if (vertex.smooth && learn_ == GridMethod::Learn::kExpectedSarsa && place.albedo != Place::kNoAlbedo &&
+        grid_->Fluence(place.cell) > 0) {
+      const float albedo = static_cast<float>(place.albedo) * (1.0f / 254);
+      reflected = Rgb(albedo * sampling_->MeanRadiance(place.cell, place.normal));
     }
     arriving = vertex.emitted * vertex.emission_weight + vertex.direct + reflected;
   }

@@ -2,25 +2,28 @@
 // directions; the kernel mixes it with the BSDF's own sampling and keeps the books, so a guide knows nothing of paths,
 // lights or weights. A type G is a guide if it has
 //
-//   static constexpr bool kGuides;   // false: the kernel compiles everything of it out
-//   struct Local;                    // what it knows at one vertex, made once a vertex; has at least
-//                                    //   float bsdf_fraction = 1;    share of directions that the BSDF draws; 1: this
-//                                    vertex is not guided
-//                                    //   float nee_probability = 1;  share of vertices that sample a light
-//   Local At(const SurfaceInteraction&, const Bsdf&, Vec3 wo) const;  // at a vertex with smooth lobes; wo in the
-//   shading frame
-//                                    //   LightGroupWeights lights;   which groups of lights those sample; empty: by
-//                                    power
-//   GuidedSample Sample(const Local&, Vec2 u, float u_more) const;    // world space; u_more: for whoever needs a third
-//   number float Pdf(const Local&, Vec3 wi) const;                           // per steradian: exactly what Sample()
-//   says of wi float Fluence(const Local&) const;  // integral of the incident radiance over the sphere; 0: not known
-//   float Radiance(const Local&, Vec3 wi, float guide_pdf) const;  // expected along wi, whose density is guide_pdf;
-//   only where Fluence() is known float PixelLuminance(uint32_t x, uint32_t y) const;  // estimate of a pixel; 0: not
-//   known
+// - static constexpr bool kGuides: false compiles everything of it out of the kernel.
+// - struct Local, what it knows at one vertex, made once a vertex, with at least
+//     float bsdf_fraction = 1     share of directions that the BSDF draws; 1: this vertex is not guided
+//     float nee_probability = 1   share of vertices that sample a light
+//     LightGroupWeights lights    which groups of lights those sample; empty: by power
+// - Local At(const SurfaceInteraction&, const Bsdf&, Vec3 wo) const
+//     at a vertex with smooth lobes; wo in the shading frame
+// - GuidedSample Sample(const Local&, Vec2 u, float u_more) const
+//     in world space; u_more is for whoever needs a third number
+// - float Pdf(const Local&, Vec3 wi) const
+//     per steradian: exactly what Sample() says of wi
+// - float Fluence(const Local&) const
+//     integral of the incident radiance over the sphere; 0: not known
+// - float Radiance(const Local&, Vec3 wi, float guide_pdf) const
+//     expected along wi, whose density is guide_pdf; only where Fluence() is known
+// - float PixelLuminance(uint32_t x, uint32_t y) const
+//     estimate of a pixel; 0: not known
 //
 // and, where kRecords, what the tracer calls after each path (PathTracer):
-//   void Record(std::span<const PathVertex>, const PixelSample&, Scratch*, Statistics*) const;
-//   static constexpr bool kUsesAlpha;  // whether that looks at PathVertex::alpha
+//
+// - void Record(std::span<const PathVertex>, const PixelSample&, Scratch*, Statistics*) const
+// - static constexpr bool kUsesAlpha: whether that looks at PathVertex::alpha
 #pragma once
 
 #include "core/guiding/sd_tree.h"
@@ -37,8 +40,7 @@ struct PathVertex {
   Rgb weight{};               // f cos / pdf of wi
   Rgb beta{};                 // throughput of the path up to this vertex
   float roulette = 1;         // what survival multiplied the rest of the path by; 0: the path was ended here
-  float distance = 0;  // from the vertex before to here, infinite where the path left the scene; 0: an interface that
-                       // it went through
+  float distance = 0;         // from the vertex before to here, infinite where the path left the scene
   float alpha = 1;  // GGX alpha of the lobe that wi is from: 0 a delta, 1 diffuse. Of directions that the guide drew:
                     // Bsdf::AlphaAt where Guide::kUsesAlpha, else 1
   Vec3 p{}, wi{};

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/learning/nee.h"
 #include "core/learning/roulette.h"
 #include "core/math/sampler.h"
 #include "core/tracing/guide.h"
@@ -22,7 +23,7 @@ enum KernelFeature : unsigned {
   kRecord = 1,       // vertices are kept for the next state
   kEnvironment = 2,  // rays that leave the scene meet light
   kTextures = 4,     // some BSDFs are made at the hit, from textures or of a mix's parts
-  kSpecular = 8,     // some surfaces have delta lobes, or let the ray pass (interfaces)
+  kSpecular = 8,     // some surfaces have delta lobes
 };
 inline constexpr unsigned kKernelVariants = 16;
 
@@ -30,7 +31,7 @@ inline constexpr unsigned kKernelVariants = 16;
 // intersector, others pay nothing (accelerator.cpp).
 inline unsigned KernelFeatures(const SceneNeeds& needs) {
   return (needs.environment ? kEnvironment : 0u) | (needs.BsdfsAtHits() ? kTextures : 0u) |
-         (needs.Specular() ? kSpecular : 0u);
+         (needs.delta_lobes ? kSpecular : 0u);
 }
 
 // Calls `call` with these features as a std::integral_constant. Those outside kMask have no variants.
@@ -42,15 +43,26 @@ auto WithFeatures(unsigned features, Call&& call) {
   return call(std::integral_constant<unsigned, kFeatures>());
 }
 
+// Which lights are sampled for at a vertex.
+enum class NextEvent : uint8_t {
+  kNone,    // there are none to sample
+  kUnseen,  // those that no path can meet: points, spots, distant ones, shapes of opacity 0
+  kAll,
+};
+
+// Without next event estimation the others are left to the paths.
+inline NextEvent SampledLights(const Scene& scene, NeeMode mode, uint32_t iteration) {
+  if (!scene.has_lights()) return NextEvent::kNone;
+  if (UsesNee(mode, iteration)) return NextEvent::kAll;
+  return scene.needs().unseen_lights ? NextEvent::kUnseen : NextEvent::kNone;
+}
+
 struct PathSettings {
   int max_depth = 5;  // bounces; as pbrt's maxdepth
-  bool next_event = true;
+  NextEvent next_event = NextEvent::kAll;
   int roulette_start = 2;                       // first bounce that may be ended by roulette
   Roulette roulette = Roulette::kContribution;  // of guided paths; others look at the throughput
 };
-
-// That a ray goes through before it is given up: it may graze a stack of them.
-inline constexpr int kMostInterfaces = 1000;
 
 // Dimension pairs of a path: pixel, lens, then four a vertex: (roulette, mix), (lobe or technique, light), direction,
 // position on the light.
@@ -92,16 +104,21 @@ class PathKernel {
 };
 
 // Light samples are taken at a share q of the vertices: the balance heuristic then sees a light density of q * pdf
-// (Veach 1997, section 9.2.2: the expected number of samples is what counts).
+// (Veach 1997, section 9.2.2: the expected number of samples is what counts). Of lights that no path can meet, they are
+// all there is, and q was learned of others: q = 1.
 template <unsigned kFeatures, class Guide, class SceneT>
 inline auto PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo,
                                                               const Local& local, double u_light, Vec2 u,
                                                               PathCounters* counters) const -> DirectSample {
+  const bool all = settings_.next_event == NextEvent::kAll;
+  float share = 1;
   if constexpr (Guide::kGuides) {
-    if (!(u_light < local.nee_probability)) return {};
-    u_light /= local.nee_probability;
+    if (all) share = local.nee_probability;
+    if (!(u_light < share)) return {};
+    u_light /= share;
   }
-  const auto light = scene_.SampleLight(si.p, u_light, u, local.lights);
+  const auto light =
+      all ? scene_.SampleLight(si.p, u_light, u, local.lights) : scene_.SampleUnseenLight(si.p, u_light, u);
   if (!light) return {};
   const BsdfValue value = bsdf.Evaluate(wo, si.shading.ToLocal(light->wi));
   if (IsBlack(value.f_cos)) return {};
@@ -114,7 +131,7 @@ inline auto PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInter
     ray.direction = to_target * (1 / ray.t_max);
   }
   if (!scene_.Unoccluded(ray)) return {};
-  const float light_pdf = light->pdf * local.nee_probability;
+  const float light_pdf = light->pdf * share;
   float weight = 1;
   if (!light->delta) {
     float pdf = value.pdf;
@@ -146,18 +163,18 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
   float previous_nee = 1;  // the share of light samples at the vertex it came from, and the lights that they chose
   LightGroupWeights previous_lights;
   Vec3 previous_p;
-  float travelled = 0;  // since the last vertex, through interfaces
+  const bool weighted = settings_.next_event == NextEvent::kAll;  // emission, against light samples
   if constexpr (kRecording) vertices->clear();
   ++counters->paths;
 
-  for (int depth = 0, passed = 0;;) {
+  for (int depth = 0;;) {
     ++counters->rays;
     Hit hit;
     if (!scene_.Intersect(ray, &hit)) {
       if constexpr ((kFeatures & kEnvironment) != 0) {
         const EnvironmentSample environment = scene_.Environment(ray.direction);
         float weight = 1;
-        if (previous_pdf > 0 && settings_.next_event) {
+        if (previous_pdf > 0 && weighted) {
           float light_pdf = previous_nee * environment.pdf;
           if constexpr (kGuided) light_pdf *= previous_lights.empty() ? 1 : scene_.EnvironmentRatio(previous_lights);
           weight = previous_pdf / (previous_pdf + light_pdf);
@@ -176,12 +193,17 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     float emission_weight = 1;
     if (si.light >= 0) {
       emitted = scene_.Emitted(si, -ray.direction);
-      if (previous_pdf > 0 && settings_.next_event && !IsBlack(emitted)) {
+      if (previous_pdf > 0 && weighted && !IsBlack(emitted)) {
         float light_pdf = previous_nee * scene_.LightPdf(previous_p, si, ray.direction);
         if constexpr (kGuided) light_pdf *= previous_lights.empty() ? 1 : scene_.LightRatio(previous_lights, si.light);
         emission_weight = previous_pdf / (previous_pdf + light_pdf);
       }
       radiance += beta * (emitted * emission_weight);
+    }
+    if (depth == settings_.max_depth) {
+      if constexpr (kRecording)
+        vertices->push_back({.emitted = emitted, .emission_weight = emission_weight, .distance = hit.t});
+      break;
     }
     sampler.StartAt(kFirstVertexPair + static_cast<uint32_t>(depth) * kPairsPerVertex);
     const Vec2 u_mix = sampler.Next2D(), u_choice = sampler.Next2D(), u_direction = sampler.Next2D();
@@ -192,29 +214,13 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
         return scene_.ReadyBsdf(si);
       }
     }();
-    if (kHasSpecular && bsdf.kind() == Bsdf::Kind::kNone) {
-      // An interface without a medium: the ray goes on as if it were not there. Bounded, should a path graze a stack of
-      // them for ever.
-      if constexpr (kRecording)
-        vertices->push_back({.emitted = emitted, .emission_weight = emission_weight, .weight = Rgb(1)});
-      if (++passed > kMostInterfaces) break;
-      travelled += hit.t;
-      ray.origin = Scene::OffsetOrigin(si, ray.direction);
-      continue;
-    }
-    travelled += hit.t;
-    if (depth == settings_.max_depth) {
-      if constexpr (kRecording)
-        vertices->push_back({.emitted = emitted, .emission_weight = emission_weight, .distance = travelled});
-      break;
-    }
 
     // Light that reaches it straight from a source.
     const Vec3 wo = si.shading.ToLocal(-ray.direction);
     const bool smooth = !kHasSpecular || bsdf.HasSmoothLobes();
     const Local at = smooth ? guide_.At(si, bsdf, wo) : Local{};
     DirectSample direct;
-    if (smooth && settings_.next_event)
+    if (smooth && settings_.next_event != NextEvent::kNone)
       direct = DirectLight(si, bsdf, wo, at, sampler.Refine(u_choice.y), sampler.Next2D(), counters);
     radiance += beta * direct.radiance;
 
@@ -254,6 +260,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       const BsdfValue value = bsdf.Evaluate(wo, local_wi);
       guide_pdf = sample.pdf;
       bsdf_pdf = value.pdf;
+      eta = bsdf.EtaAcross(wo, local_wi);
       if constexpr (kRecording) {
         if constexpr (Guide::kUsesAlpha) alpha = bsdf.AlphaAt(wo, local_wi);
       }
@@ -272,7 +279,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
                            .light_group = direct.group,
                            .weight = weight,
                            .beta = beta,
-                           .distance = travelled,
+                           .distance = hit.t,
                            .alpha = alpha,
                            .p = si.p,
                            .wi = wi,
@@ -311,7 +318,6 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     previous_nee = at.nee_probability;
     previous_lights = at.lights;
     previous_p = si.p;
-    travelled = 0;
     ray = {Scene::OffsetOrigin(si, wi), wi, kInfinity};
   }
   return radiance;

@@ -30,15 +30,16 @@ class PathTracer final : public Tracer {
     return WithFeatures<kMask>(Features(round.record),
                                [&](auto features) { return ExecuteWith<features.value>(round, unit, stop, into); });
   }
-  Rgb TraceSample(uint32_t x, uint32_t y, uint32_t pass, bool record) const override {
-    return WithFeatures<kMask>(Features(record), [&](auto features) { return TraceWith<features.value>(x, y, pass); });
+  Rgb TraceSample(const Round& round, uint32_t x, uint32_t y, uint32_t pass) const override {
+    return WithFeatures<kMask>(Features(round.record),
+                               [&](auto features) { return TraceWith<features.value>(round, x, y, pass); });
   }
 
  private:
   template <unsigned kFeatures>
   bool ExecuteWith(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const;
   template <unsigned kFeatures>
-  Rgb TraceWith(uint32_t x, uint32_t y, uint32_t pass) const;
+  Rgb TraceWith(const Round& round, uint32_t x, uint32_t y, uint32_t pass) const;
   template <unsigned kFeatures>
   Rgb Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, uint32_t pass, Sampler& sampler,
              float* filter_weight, PathCounters* counters, std::vector<PathVertex>* vertices) const;
@@ -83,7 +84,7 @@ bool PathTracer<Guide>::ExecuteWith(const Round& round, uint32_t unit, const Sto
       if (stop.Requested()) return false;
       PixelSum& sum = tile.pixels[(y - rect.y0) * rect.width() + (x - rect.x0)];
       for (uint32_t pass = round.first_pass; pass < round.first_pass + round.passes; ++pass) {
-        Sampler sampler(seed_, x, y, pass);
+        Sampler sampler(seed_, x, y, pass, round.iteration);
         const PixelSample pixel{x, y, sampler.key()};
         float filter_weight;
         const Rgb sample = Sample(kernel, x, y, pass, sampler, &filter_weight, &counters, &vertices);
@@ -107,9 +108,9 @@ bool PathTracer<Guide>::ExecuteWith(const Round& round, uint32_t unit, const Sto
 
 template <class Guide>
 template <unsigned kFeatures>
-Rgb PathTracer<Guide>::TraceWith(uint32_t x, uint32_t y, uint32_t pass) const {
+Rgb PathTracer<Guide>::TraceWith(const Round& round, uint32_t x, uint32_t y, uint32_t pass) const {
   const PathKernel<kFeatures, Guide> kernel(*scene_, settings_, guide_);
-  Sampler sampler(seed_, x, y, pass);
+  Sampler sampler(seed_, x, y, pass, round.iteration);
   PathCounters counters;
   std::vector<PathVertex> vertices;
   float filter_weight;

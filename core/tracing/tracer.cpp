@@ -56,7 +56,7 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
   PathSettings settings;
   settings.max_depth = scene->max_depth();
   if (const auto* path = dynamic_cast<const PathMethod*>(&method)) {
-    settings.next_event = path->options().nee == NeeMode::kAlways && scene->has_lights();
+    settings.next_event = SampledLights(*scene, path->options().nee, 0);
     return std::make_unique<PathTracer<NoGuide>>(std::move(scene), job.seed, settings, NoGuide{});
   }
   // What an SD-tree decides on.
@@ -64,7 +64,7 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
     const size_t groups = tree.lights_by_power().size();
     LODESTAR_CHECK(groups == 0 || groups == scene->light_groups().size());
     settings.roulette = options.roulette;
-    settings.next_event = UsesNee(options.nee, tree.iteration()) && scene->has_lights();
+    settings.next_event = SampledLights(*scene, options.nee, tree.iteration());
   };
   if (const auto* guided = dynamic_cast<const SdTreeMethod*>(&method)) {
     auto tree_state = std::dynamic_pointer_cast<const SdTreeState>(std::move(state));
@@ -87,14 +87,14 @@ std::unique_ptr<Tracer> PrepareTracer(std::shared_ptr<const Scene> scene, const 
   if (const auto* focal = dynamic_cast<const FocalMethod*>(&method)) {
     auto focal_state = std::dynamic_pointer_cast<const FocalState>(std::move(state));
     LODESTAR_CHECK(focal_state);
-    settings.next_event = focal->options().nee == NeeMode::kAlways && scene->has_lights();
+    settings.next_event = SampledLights(*scene, focal->options().nee, 0);
     return std::make_unique<PathTracer<FocalGuide>>(std::move(scene), job.seed, settings,
                                                     FocalGuide(std::move(focal_state)));
   }
   if (const auto* grid = dynamic_cast<const GridMethod*>(&method)) {
     auto grid_state = std::dynamic_pointer_cast<const GridState>(std::move(state));
     LODESTAR_CHECK(grid_state);
-    settings.next_event = grid->options().nee == NeeMode::kAlways && scene->has_lights();
+    settings.next_event = SampledLights(*scene, grid->options().nee, 0);
     return std::make_unique<PathTracer<GridGuide>>(std::move(scene), job.seed, settings,
                                                    GridGuide(grid_state->grid(), grid->options()));
   }

@@ -20,9 +20,8 @@ class Tracer {
   // state, round and unit. False where `stop` was requested first (seen within 100 ms); `into` is then to be thrown
   // away.
   virtual bool Execute(const Round& round, uint32_t unit, const StopToken& stop, Contribution* into) const = 0;
-  // One pixel sample as Execute renders it, for replaying what the health report names. `record` as in the round it
-  // belongs to.
-  virtual Rgb TraceSample(uint32_t x, uint32_t y, uint32_t pass, bool record) const = 0;
+  // One pixel sample as Execute renders it in that round, for replaying what the health report names.
+  virtual Rgb TraceSample(const Round& round, uint32_t x, uint32_t y, uint32_t pass) const = 0;
 };
 
 // Throws Error(kInvalidInput) where the method has no tracing half for this state.

@@ -34,8 +34,7 @@ class Onlooker final : public Executor {
   std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
                                       const StopToken& stop) override {
     if (const auto pass = pass_to_see_(state, round)) {
-      const Rgb radiance =
-          PrepareTracer(compiled_.scene, job_, method_, state)->TraceSample(x_, y_, *pass, round.record);
+      const Rgb radiance = PrepareTracer(compiled_.scene, job_, method_, state)->TraceSample(round, x_, y_, *pass);
       seen.push_back({round.iteration, *pass, radiance});
     }
     return local_.Execute(state, round, stop);

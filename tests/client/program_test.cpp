@@ -114,7 +114,7 @@ TEST(Program, InspectSaysWhatTheSceneHolds) {
   // What is not needed is another thing than what --lenient leaves out.
   EXPECT_EQ(json["needs"], "smooth-lobes area-lights");
   const std::string not_needed =
-      "environment, textures and mixes, delta lobes and interfaces (left out of the path kernel); "
+      "environment, textures and mixes, delta lobes (left out of the path kernel); "
       "alpha (left out of the intersector)";
   EXPECT_EQ(json["not_needed"], not_needed);
   EXPECT_THAT(RunLodestar({"inspect", scene}).out,
@@ -141,7 +141,7 @@ TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
   EXPECT_GT(json["result"]["seconds_compiling"], 0);
   EXPECT_LT(json["result"]["seconds_compiling"], 60);
   EXPECT_EQ(json["scene"]["not_needed"],
-            "environment, textures and mixes, delta lobes and interfaces (left out of the path kernel); "
+            "environment, textures and mixes, delta lobes (left out of the path kernel); "
             "alpha (left out of the intersector)");
   EXPECT_EQ(json["health"]["total"], 0);
   EXPECT_FALSE(json["points"].empty());

@@ -90,12 +90,25 @@ TEST(FocalStatistics, NarrowingByTheMixtureLeavesOutTheBsdfsShare) {
   }
 }
 
+// Nothing was guided until then, so all light is the BSDF's find: its share left out, the field would stay empty.
+TEST(FocalStatistics, AFieldThatHasMetNoLightBeginsLate) {
+  FocalParts parts = PartsOf(*FocalField::Initial({{0, 0, 0}, {1, 1, 1}}, {}));
+  parts.iteration = 8;
+  ASSERT_TRUE(parts.options.Narrows(parts.iteration) && parts.options.by_mixture);
+  FocalStatistics statistics(std::make_shared<const FocalField>(std::move(parts)));
+  FocalRecord record = Through(0.5f, 3);
+  record.guide_pdf = 0;
+  statistics.Record(record);
+  EXPECT_NEAR(Total(statistics), 3, 1e-5);
+}
+
 TEST(FocalStatistics, WhereNoVoxelHasMassTheLengthCounts) {
   FocalParts parts = PartsOf(*FocalField::Initial({{0, 0, 0}, {1, 1, 1}}, {}));
   parts.iteration = 6;
   parts.options.by_mixture = false;
   std::fill(parts.octrees[0].leaf_masses.begin(), parts.octrees[0].leaf_masses.end(), 0.0f);
   parts.octrees[0].leaf_masses.back() = 1;
+  parts.weight = 1;
   FocalStatistics statistics(std::make_shared<const FocalField>(std::move(parts)));
   statistics.Record(Through(0.5f, 3));
   EXPECT_NEAR(Total(statistics), 3, 1e-6);

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "core/base/error.h"
 #include "tests/scene/scene_builder.h"
 #include "tests/support/statistical.h"
 
@@ -285,19 +286,63 @@ TEST(Accelerator, LayersOfAlphaDecideEachOnItsOwn) {
   expect(quads, {0, 0, 0, 0.5, 0.25, 0.125, 0, 0, 0.125}, {0, 0, 0, 0.5, 0, 0, 0, 0, 0.5});
 }
 
-TEST(Accelerator, InterfacesCastNoShadow) {
+TEST(Accelerator, InterfacesAreNotThere) {
   SceneBuilder b;
   b.d.materials.push_back({"nothing", InterfaceMaterial{}, {}});
+  b.d.materials.push_back({"nothing twice", MixMaterial{1, 1, {0.3f}}, {}});
   b.Add(test::Quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0})).material = 1;
-  b.AddLight(test::Quad({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}), Rgb(1)).material = 1;
+  b.Add(test::Quad({-1, -1, -1}, {2, 0, 0}, {0, 2, 0})).material = 2;
   const auto scene = b.Compile();
   const Ray ray{{0.1f, 0.2f, 1}, {0, 0, -1}, kInfinity};
   EXPECT_TRUE(scene->Unoccluded(ray));
   Hit hit;
-  ASSERT_TRUE(scene->Intersect(ray, &hit));
-  EXPECT_NEAR(hit.t, 2, 1e-6);  // the emitting one is seen
-  EXPECT_EQ(scene->BsdfAt(scene->Interaction(ray, hit), 0).kind(), Bsdf::Kind::kNone);
-  EXPECT_TRUE(scene->needs().interfaces);
+  EXPECT_FALSE(scene->Intersect(ray, &hit));
+  EXPECT_FALSE(scene->needs().alpha);
+  b.AddLight(test::Quad({-1, -1, -1}, {2, 0, 0}, {0, 2, 0}), Rgb(1)).material = 1;
+  EXPECT_THROW(b.Compile(), Error);  // nothing to give light
+}
+
+// Each sheet decides for itself, for paths and shadow rays alike, and what is met is never the interface.
+TEST(Accelerator, InterfacesInAMixAreOpacity) {
+  SceneBuilder b;
+  const auto add = [&](MaterialDescription m) {
+    b.d.materials.push_back(std::move(m));
+    return static_cast<int>(b.d.materials.size()) - 1;
+  };
+  const int nothing = add({"nothing", InterfaceMaterial{}, {}});
+  const int mirror = add({"mirror", ConductorMaterial{}, {}});
+  const int gauze = add({"gauze", MixMaterial{nothing, mirror, {0.3f}}, {}});  // 0.3 opaque
+  const int veil = add({"veil", MixMaterial{gauze, nothing, {0.5f}}, {}});     // 0.15
+  const int leaf = add({"leaf", MixMaterial{0, veil, {0.8f}}, {}});            // 0.2 + 0.8 * 0.15 = 0.32
+  for (const auto& [z, material] : {std::pair{0.0f, gauze}, {-1.0f, leaf}})
+    b.Add(test::Quad({-1, -1, z}, {2, 0, 0}, {0, 2, 0})).material = material;
+  const auto scene = b.Compile();
+  EXPECT_TRUE(scene->needs().alpha);
+  constexpr int kRays = 40000;
+  int passed = 0, unoccluded = 0, met[2] = {}, mirrors = 0;
+  test::Random random(5);
+  for (int i = 0; i < kRays; ++i) {
+    const Vec2 u = random.Next2D(), v = random.Next2D();
+    const Ray ray{{u.x - 0.5f, u.y - 0.5f, 1}, Normalize({0.1f * v.x, 0.1f * v.y, -1}), kInfinity};
+    unoccluded += scene->Unoccluded(ray);
+    Hit hit;
+    if (!scene->Intersect(ray, &hit)) {
+      ++passed;
+      continue;
+    }
+    const SurfaceInteraction si = scene->Interaction(ray, hit);
+    ++met[si.p.z < -0.5f];
+    const Bsdf bsdf = scene->BsdfAt(si, random.Next2D().x);
+    ASSERT_NE(bsdf.kind(), Bsdf::Kind::kNone);
+    mirrors += si.p.z < -0.5f && bsdf.kind() != Bsdf::Kind::kDiffuse;
+  }
+  const auto near = [](int count, double n, double p) {
+    return std::fabs(count - n * p) < 4 * std::sqrt(n * p * (1 - p));
+  };
+  EXPECT_EQ(passed, unoccluded);
+  EXPECT_TRUE(near(met[0], kRays, 0.3)) << met[0];
+  EXPECT_TRUE(near(passed, kRays, 0.7 * 0.68)) << passed;
+  EXPECT_TRUE(near(mirrors, met[1], 0.12 / 0.32)) << mirrors << " of " << met[1];
 }
 
 }  // namespace

@@ -88,6 +88,7 @@ TEST(BsdfSampling, SampleAgreesWithEvaluate) {
       // The half vector is rebuilt from rounded directions: a narrow lobe's density is that much less exact, more so at
       // grazing angles.
       if (std::fabs(wo.z) < 0.02f || std::fabs(s->wi.z) < 0.02f) continue;
+      ASSERT_EQ(c.bsdf.EtaAcross(wo, s->wi), s->eta) << c.name;
       ASSERT_NEAR(v.pdf, s->pdf, 5e-3f * s->pdf + 1e-6f) << c.name << " wo.z " << wo.z << " wi.z " << s->wi.z;
       for (int k = 0; k < 3; ++k) {
         ASSERT_NEAR(v.f_cos[k], s->weight[k] * s->pdf, 5e-3f * v.f_cos[k] + 1e-6f) << c.name;

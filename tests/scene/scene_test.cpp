@@ -403,7 +403,7 @@ TEST(SceneNeeds, SayWhatIsLeftOut) {
   SceneBuilder b;
   b.Add(Flat());
   EXPECT_EQ(b.Compile()->needs().NotNeeded(),
-            "environment, textures and mixes, delta lobes and interfaces (left out of the path kernel); "
+            "environment, textures and mixes, delta lobes (left out of the path kernel); "
             "alpha (left out of the intersector); light samples (left out of all paths); "
             "guiding (left out of method 'auto')");
   b.d.materials.push_back({"glass", DielectricMaterial{1.5f, {}}, {}});

@@ -36,8 +36,6 @@ TEST_P(FocalMeanTest, EqualsTheUnguidedMean) {
   };
   const Means reference = RenderSeeds(compiled, "path", {}, 1000);
   for (auto [name, options] : variants) {
-    // Nothing but next event estimation finds these lights.
-    if (std::string(GetParam().name) == "spots" && name == "never") continue;
     options["combine"] = "discard";
     const Means guided = RenderSeeds(compiled, "focal", options, 1);
     for (int region = 0; region < kRegions; ++region) {

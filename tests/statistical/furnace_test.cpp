@@ -68,7 +68,7 @@ test::Moments Samples(const CompiledJob& furnace, const PathSettings& settings) 
   test::Moments samples;
   for (uint32_t pass = 0; pass < 64; ++pass)
     for (uint32_t y = 0; y < 8; ++y)
-      for (uint32_t x = 0; x < 8; ++x) samples.Add(Luminance(tracer.TraceSample(x, y, pass, false)));
+      for (uint32_t x = 0; x < 8; ++x) samples.Add(Luminance(tracer.TraceSample({.record = false}, x, y, pass)));
   return samples;
 }
 
@@ -80,13 +80,14 @@ TEST(AnalyticTest, FurnacePathsWithAndWithoutRoulette) {
   for (const double albedo : {0.5, 0.8, 1.0}) {
     const CompiledJob furnace = Furnace(albedo);
     const double expected = Radiance(albedo);
-    for (const bool next_event : {false, true})
+    for (const bool lights : {false, true})
       for (const int roulette_start : {kNever, 6, 2, 1}) {
-        const test::Moments samples =
-            Samples(furnace, {.max_depth = kDepth, .next_event = next_event, .roulette_start = roulette_start});
-        const std::string name = "albedo " + std::to_string(albedo) + (next_event ? ", light samples" : "") +
+        const test::Moments samples = Samples(furnace, {.max_depth = kDepth,
+                                                        .next_event = lights ? NextEvent::kAll : NextEvent::kNone,
+                                                        .roulette_start = roulette_start});
+        const std::string name = "albedo " + std::to_string(albedo) + (lights ? ", light samples" : "") +
                                  ", roulette from " + std::to_string(roulette_start);
-        if (!next_event && (roulette_start == kNever || albedo == 1)) {
+        if (!lights && (roulette_start == kNever || albedo == 1)) {
           EXPECT_NEAR(samples.mean(), expected, 1e-5 * expected) << name;
           EXPECT_LT(samples.variance(), 1e-10) << name;
         } else {

@@ -75,8 +75,6 @@ TEST_P(GridMeanTest, EqualsTheUnguidedMean) {
   };
   const Means reference = RenderSeeds(compiled, "path", {}, 1000, 1, 3 * kSeeds);
   for (const auto& [name, options] : variants) {
-    // Nothing but next event estimation finds these lights.
-    if (std::string(GetParam().name) == "spots" && name == "never") continue;
     const Means guided = RenderSeeds(compiled, "grid", options, 1);
     // Without next event estimation fireflies are rare and large: both sides must be as skewed.
     const bool never = options.contains("nee");

@@ -67,8 +67,6 @@ TEST(GuidedMatrixTest, LearnedLightsDoNotMoveTheMean) {
     ASSERT_GE(compiled.survey.light_groups.size(), 2u);
     const test::ImageMeans reference = test::RenderSeeds(compiled, SmallJob("path", {}), kReferenceSeeds, 1000);
     for (const char* nee : {"kickstart", "always", "learned"}) {
-      if (name == "spots" && nee == std::string("kickstart"))
-        continue;  // nothing but next event estimation finds these
       for (const Options& directions : {Options{{"target", "radiance"}}, Options{{"target", "switching"}},
                                         Options{{"product", "on"}, {"target", "radiance"}}}) {
         Options options = {{"lights", "learned"},

@@ -3,8 +3,6 @@
 // image's mean and on each of its quadrants.
 #include <gtest/gtest.h>
 
-#include <set>
-
 #include "tests/statistical/image_means.h"
 #include "tests/statistical/small_scenes.h"
 
@@ -52,11 +50,7 @@ class GuidedMeanTest : public testing::TestWithParam<test::SmallScene> {};
 TEST_P(GuidedMeanTest, EqualsTheUnguidedMean) {
   const CompiledJob compiled = CompileJob(ParsePbrtText(GetParam().text, "test.pbrt", "."), JobSpec{});
   const Means reference = RenderSeeds(compiled, "path", {}, 1, 1000);
-  const std::set<std::string> without_light_samples = {"never", "kickstart", "2017, never", "2019", "product, never"};
-  const bool only_delta_lights = std::string(GetParam().name) == "spots";
   for (auto [name, options] : kVariants) {
-    if (only_delta_lights && without_light_samples.contains(name))
-      continue;  // nothing but next event estimation finds these
     options["combine"] = "discard";
     const Means guided = RenderSeeds(compiled, "sdtree", options);
     for (int region = 0; region < kRegions; ++region) {

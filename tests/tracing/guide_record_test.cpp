@@ -27,9 +27,6 @@ PathVertex Diffuse(Vec3 p, Vec3 wi, float distance) {
 PathVertex Lamp(float distance) {
   return {.emitted = {8, 4, 2}, .emission_weight = 0.5f, .distance = distance};
 }
-PathVertex Interface() {
-  return {.weight = Rgb(1)};
-}
 // Not recorded: a delta lobe, or one that is almost.
 PathVertex Mirror(float distance, float alpha) {
   return {.weight = {0.9f, 0.8f, 0.7f}, .beta = {0.5f, 0.25f, 0.75f}, .distance = distance, .alpha = alpha};
@@ -122,22 +119,6 @@ TEST(FocalGuideRecord, BehindASmoothHitTheSegmentGoesOnStraight) {
       ExpectSame(path.Recorded({first, mirror, Lamp(0.2f)}), path.Of({Segment(first, distance, brought)}));
     }
   }
-}
-
-// The whole distance is on the vertex behind them, and so is what tells an image.
-TEST(FocalGuideRecord, InterfacesDoNotEndASegment) {
-  const FocalPath path;
-  const PathVertex first = Diffuse(kFirst, {1, 0, 0}, 2);
-  ExpectSame(path.Recorded({first, Interface(), Interface(), Lamp(0.7f)}),
-             path.Of({Segment(first, 0.7f, first.weight * Lamp(1).emitted * 0.5f)}));
-  const PathVertex mirror = Mirror(0.5f, 0);
-  ExpectSame(path.Recorded({first, Interface(), mirror, Lamp(0.2f)}),
-             path.Of({Segment(first, kInfinity, first.weight * mirror.weight * Lamp(1).emitted * 0.5f)}));
-  // Light of the interface's own arrives as well.
-  PathVertex glowing = Interface();
-  glowing.emitted = Rgb(3);
-  ExpectSame(path.Recorded({first, glowing, Lamp(0.7f)}),
-             path.Of({Segment(first, 0.7f, first.weight * (Rgb(3) + Lamp(1).emitted * 0.5f))}));
 }
 
 TEST(FocalGuideRecord, PathsThatLeaveTheSceneGoToTheBoxesEdge) {
@@ -281,6 +262,18 @@ TEST(GridGuideRecord, ExpectedSarsaIsTheNextLightAndTheTablesMeanOverTheHemisphe
               {path.EntryOf(two.vertices[1]), Luminance(two.lamp)}});
 }
 
+// The hemisphere's mean asks nothing of the path: it counts where the path's own direction came to nothing, too.
+TEST(GridGuideRecord, ExpectedSarsaKnowsWhatAPathThatDiedWouldHaveMet) {
+  GridPath path;
+  TwoBounces two(path, Learn::kExpectedSarsa, kDiffuse, kKnown);
+  two.vertices.pop_back();
+  two.vertices[1].weight = Rgb();
+  two.vertices[1].recorded = false;
+  const double mean = path.MeanRadiance(kKnown, kUp);
+  ExpectSums(path.Recorded(Learn::kExpectedSarsa, two.vertices),
+             {{path.EntryOf(two.vertices[0]), Luminance(two.own) + 0.5 * mean}});
+}
+
 TEST(GridGuideRecord, WhereTheTableKnowsNothingThePathTakesOver) {
   GridPath path;
   ASSERT_EQ(path.grid().Fluence(path.grid().CellAt(kUnknown)), 0);
@@ -315,16 +308,15 @@ TEST(GridGuideRecord, APathThatRouletteEnded) {
   }
 }
 
-// Mirrors and interfaces are followed along the path: its own light counts, and its own survival.
-TEST(GridGuideRecord, DeltaLobesAndInterfacesAreFollowed) {
+// Mirrors are followed along the path: its own light counts, and its own survival.
+TEST(GridGuideRecord, DeltaLobesAreFollowed) {
   GridPath path;
   for (const Learn learn : {Learn::kMonteCarlo, Learn::kSarsa, Learn::kExpectedSarsa}) {
     const PathVertex first = path.Vertex(learn, kDiffuse, {0.8f, 0.2f, 0.1f}, kUp, Normalize({0.1f, 0.2f, 0.9f}));
     PathVertex mirror = Mirror(0.3f, 0);
     mirror.roulette = 2;
     const Rgb arriving = mirror.weight * Lamp(1).emitted * (0.5f * 2);
-    ExpectSums(path.Recorded(learn, {first, mirror, Interface(), Lamp(0.4f)}),
-               {{path.EntryOf(first), Luminance(arriving)}});
+    ExpectSums(path.Recorded(learn, {first, mirror, Lamp(0.4f)}), {{path.EntryOf(first), Luminance(arriving)}});
   }
 }
 

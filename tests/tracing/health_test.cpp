@@ -80,7 +80,7 @@ bool Is(HealthEvent event, Rgb sample) {
 
 TEST_P(TracedHealth, IsCountedKeptOutAndReplayed) {
   const CompiledJob compiled = CompileJob(ParsePbrtText(kFloor, "test.pbrt", "."), JobSpec{});
-  const PathSettings settings{.max_depth = 1, .next_event = false, .roulette = Roulette::kThroughput};
+  const PathSettings settings{.max_depth = 1, .next_event = NextEvent::kNone, .roulette = Roulette::kThroughput};
   const PathTracer<FaultyGuide> tracer(compiled.scene, 5, settings, FaultyGuide{GetParam()});
   const Round round{.iteration = 2, .first_pass = 7, .passes = 3, .unit_count = 4, .record = false};
   Contribution contribution;
@@ -92,7 +92,7 @@ TEST_P(TracedHealth, IsCountedKeptOutAndReplayed) {
   for (uint32_t pass = round.first_pass; pass < round.first_pass + round.passes; ++pass)
     for (uint32_t y = 0; y < 24; ++y)
       for (uint32_t x = 0; x < 24; ++x) {
-        const Rgb sample = tracer.TraceSample(x, y, pass, round.record);
+        const Rgb sample = tracer.TraceSample(round, x, y, pass);
         if (!Offends(sample)) continue;
         EXPECT_TRUE(Is(GetParam(), sample)) << sample.g;
         if (offenders++ == 0) first = {x, y, pass, GetParam(), round.iteration};
@@ -109,7 +109,7 @@ TEST_P(TracedHealth, IsCountedKeptOutAndReplayed) {
   EXPECT_EQ(health.first.pixel_y, first.pixel_y);
   EXPECT_EQ(health.first.event, GetParam());
   EXPECT_EQ(health.first.iteration, round.iteration);
-  EXPECT_TRUE(Is(GetParam(), tracer.TraceSample(health.first.pixel_x, health.first.pixel_y, health.first.pass, false)));
+  EXPECT_TRUE(Is(GetParam(), tracer.TraceSample(round, health.first.pixel_x, health.first.pixel_y, health.first.pass)));
 
   double healthy = 0;
   for (const FilmTile& tile : contribution.tiles)

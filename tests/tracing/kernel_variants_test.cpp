@@ -33,8 +33,8 @@ Shape "sphere" "float radius" [0.5] AttributeEnd)"},
 Shape "sphere" "float radius" [0.6] AttributeEnd)"},
     {kSpecular, R"(AttributeBegin Material "coateddiffuse" "float roughness" [0] Translate 1 -0.8 1
 Shape "sphere" "float radius" [0.4] AttributeEnd)"},
-    // An interface alone is no surface at all.
-    {kTextures | kSpecular, R"(MakeNamedMaterial "nothing" "string type" "interface"
+    // What a mix has of an interface is opacity, which the intersector knows.
+    {kTextures, R"(MakeNamedMaterial "nothing" "string type" "interface"
 MakeNamedMaterial "white" "string type" "diffuse"
 MakeNamedMaterial "gauze" "string type" "mix" "string materials" ["nothing" "white"] "float amount" [0.3]
 AttributeBegin NamedMaterial "gauze" Translate 0 0 1
