@@ -38,7 +38,7 @@ class PbrtBuilder {
     bool transforms_active = true;                             // false: those of the shutter's end are being left out
   };
   struct Block {
-    std::string begin;  // AttributeBegin, TransformBegin or ObjectBegin
+    std::string begin;  // AttributeBegin, TransformBegin, ObjectBegin or Import
     State saved;
     SourceLocation where;
   };

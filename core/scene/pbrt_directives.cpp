@@ -342,8 +342,6 @@ void PbrtBuilder::Include(const Token& directive) {
 // An imported file starts from the attributes here and leaves them as they were.
 void PbrtBuilder::Import(const Token& directive) {
   InWorld(directive);
-  if (current_object_ >= 0)
-    FailAt(directive.where(), ErrorKind::kInvalidInput, "Import inside an object definition; use Include");
   Begin(directive);
   const size_t open = blocks_.size();
   const auto systems = coordinate_systems_;

@@ -76,10 +76,12 @@ PbrtBuilder::MaterialKind PbrtBuilder::ReadMaterial(const std::string& type, con
     return DiffuseMaterial{};  // lenient: a stand-in
   }
   MaterialKind kind;
+  const bool interface = type == "interface" || type == "none" || type.empty();  // the last two are its older names
   const bool remap = params.Bool("remaproughness", true);
-  const bool rough =
-      type == "conductor" || type == "dielectric" || type == "coateddiffuse" || type == "coatedconductor";
-  if (const PbrtParam* unwanted = rough ? nullptr : params.Find("remaproughness", {"bool"});
+  // diffusetransmission has no roughness either, but pbrt-v4 reads it there.
+  const bool reads_remap = type == "conductor" || type == "dielectric" || type == "coateddiffuse" ||
+                           type == "coatedconductor" || type == "diffusetransmission";
+  if (const PbrtParam* unwanted = reads_remap ? nullptr : params.Find("remaproughness", {"bool"});
       unwanted && !unwanted->inherited)
     params.Fail(*unwanted, "is not used: it has no roughness");
   if (type == "diffuse") {
@@ -107,7 +109,7 @@ PbrtBuilder::MaterialKind PbrtBuilder::ReadMaterial(const std::string& type, con
     kind = thin;
   } else if (type == "mix") {
     kind = Mix(params);
-  } else if (type == "interface") {
+  } else if (interface) {
     kind = InterfaceMaterial{};
   } else {
     UnknownType(directive, type, kSupported);
@@ -120,7 +122,7 @@ PbrtBuilder::MaterialKind PbrtBuilder::ReadMaterial(const std::string& type, con
       if (albedo->type == "texture" || !IsBlack(SurfaceSpectrum(params, *albedo, true)))
         params.Refuse({"albedo"}, "there is no medium between the layers; only 0 is");
   }
-  if (type != "mix" && type != "interface")
+  if (type != "mix" && !interface)
     params.Refuse({"displacement", "normalmap"}, "surfaces are shaded as their geometry is");
   params.Finish();
   return kind;
@@ -153,7 +155,8 @@ void PbrtBuilder::MakeNamedMaterial(const Token& directive) {
   const std::string name = NeedString("a material's name");
   PbrtParams params = Params(directive, name, "material");
   const auto type = params.FindString("type");
-  if (!type) FailAt(directive.where(), ErrorKind::kInvalidInput, params.label() + " needs a \"string type\"");
+  if (!type || type->empty())
+    FailAt(directive.where(), ErrorKind::kInvalidInput, params.label() + " needs a \"string type\"");
   const int index = NamedMaterialIndex(name, directive.where());
   NamedMaterialEntry& entry = named_materials_.at(name);
   if (entry.defined)

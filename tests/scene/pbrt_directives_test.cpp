@@ -149,7 +149,6 @@ TEST(PbrtDirectives, RefusesBadTransformsAndBlocks) {
       {"Attribute \"film\" \"float x\" 1", kBad, "2:1", "expected \"shape\""},
       {"Include \"nowhere.pbrt\"", kMissing, "2:1", "no such file"},
       {"Import \"nowhere.pbrt\"", kMissing, "2:1", "no such file"},
-      {"ObjectBegin \"o\" Import \"nowhere.pbrt\"", kBad, "2:17", "use Include"},
   };
   for (const Refused& c : cases) ExpectRefused(c, true);
   ExpectRefused({"Import \"x.pbrt\"", kBad, "1:1", "after WorldBegin"}, false);
@@ -258,6 +257,18 @@ TEST(PbrtFiles, ImportsLeaveTheStateAsItWas) {
   EXPECT_NE(
       message("WorldBegin Import \"part.pbrt\" CoordSysTransform \"part\"").find("s.pbrt:1:31: no coordinate system"),
       std::string::npos);
+  // Shapes of a file that an object's definition imports are the object's.
+  const auto object =
+      ParsePbrtText("WorldBegin ObjectBegin \"o\" Import \"part.pbrt\" Shape \"sphere\" ObjectEnd Shape \"sphere\"",
+                    "s.pbrt", folder.path());
+  ASSERT_EQ(object.objects.size(), 1u);
+  ASSERT_EQ(object.objects[0].shapes.size(), 2u);
+  ExpectVec(object.objects[0].shapes[0].world_from_object.Point({0, 0, 0}), {1, 0, 0});
+  EXPECT_EQ(object.shapes.size(), 1u);
+  folder.Write("end.pbrt", "ObjectEnd");
+  EXPECT_NE(message("WorldBegin ObjectBegin \"o\" Import \"end.pbrt\"")
+                .find("end.pbrt:1:1: ObjectEnd where the open block is the Import"),
+            std::string::npos);
   EXPECT_NE(message("WorldBegin Import \"open.pbrt\"").find("open.pbrt:2:2: this AttributeBegin"), std::string::npos);
   EXPECT_NE(message("WorldBegin AttributeBegin Import \"close.pbrt\"")
                 .find("close.pbrt:1:1: AttributeEnd where the open block is the Import"),

@@ -142,6 +142,13 @@ TEST(PbrtMaterials, DiffuseTransmission) {
   EXPECT_EQ(leaf.reflectance.value, Rgb(0.1f, 0.2f, 0.1f));
   EXPECT_EQ(leaf.transmittance.texture, 0);
   EXPECT_EQ(leaf.scale, 0.5f);
+  Made<DiffuseTransmissionMaterial>("\"diffusetransmission\" \"bool remaproughness\" false");  // read by pbrt-v4
+}
+
+TEST(PbrtMaterials, InterfaceHasTwoOlderNames) {
+  for (const char* name : {"interface", "none", ""}) Made<InterfaceMaterial>('"' + std::string(name) + '"');
+  const auto scene = ParseWorld("MakeNamedMaterial \"m\" \"string type\" \"none\"");
+  EXPECT_TRUE(std::holds_alternative<InterfaceMaterial>(scene.materials.back().kind));
 }
 
 TEST(PbrtMaterials, NamesMayBeUsedBeforeTheyAreDefined) {
@@ -205,6 +212,7 @@ TEST(PbrtMaterials, RefusesByNameAndPlace) {
       {"Material \"coatedconductor\" \"string normalmap\" \"n.png\"", kNo, "2:28", "as their geometry is"},
       {"Material \"diffusetransmission\" \"texture displacement\" \"d\"", kNo, "2:32", "as their geometry is"},
       {"Material \"interface\" \"string normalmap\" \"n.png\"", kBad, "2:22", "not used"},
+      {"Material \"none\" \"string normalmap\" \"n.png\"", kBad, "2:17", "not used"},
       {"Material \"conductor\" \"rgb reflectance\" [1 1 1] \"rgb eta\" [1 1 1]", kBad, "2:48", "cannot be combined"},
       {"Material \"conductor\" \"rgb k\" [1 1 1] \"rgb reflectance\" [1 1 1]", kBad, "2:22", "cannot be combined"},
       {"Material \"conductor\" \"float eta\" 1.5", kBad, "2:22", "expected \"rgb eta\""},
@@ -240,6 +248,7 @@ TEST(PbrtMaterials, RefusesByNameAndPlace) {
        kBad, "2:72", "contains itself"},
       {"NamedMaterial \"m\"", kBad, "2:1", "material \"m\" is used"},
       {"MakeNamedMaterial \"m\"", kBad, "2:1", "needs a \"string type\""},
+      {"MakeNamedMaterial \"m\" \"string type\" \"\"", kBad, "2:1", "needs a \"string type\""},
       {"MakeNamedMaterial \"m\" \"string type\" \"glass\"", kBad, "2:1", "supported here: diffuse"},
       {"MakeNamedMaterial \"m\" \"string type\" \"diffuse\" MakeNamedMaterial \"m\" \"string type\" \"diffuse\"", kBad,
        "2:47", "defined already, at s.pbrt:2:1"},
