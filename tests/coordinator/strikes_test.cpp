@@ -178,5 +178,26 @@ TEST_F(InProcessFarm, AWorkersCacheIsNoFaultOfTheScene) {
   EXPECT_TRUE(begun);
 }
 
+// An init system may end all of a service's processes at once.
+TEST_F(InProcessFarm, AWorkerThatIsEndedWithItsChildGivesTheSceneBack) {
+  auto worker_options = WorkerOptions(server->address());
+  worker_options.trial.program =
+      folder.Write("program", "#!/bin/sh\ncd " + folder.path().string() +
+                                  "\ntouch tried\nuntil test -e ended; do sleep 0.01; done\nkill -TERM $$\n");
+  std::filesystem::permissions(worker_options.trial.program, std::filesystem::perms::owner_all);
+  const auto id = SubmitBox(BoxJob("path", 8));
+  Worker worker(worker_options);
+  std::thread thread([&] { worker.Run(); });
+  const bool tried = Eventually(seconds(30), [&] { return std::filesystem::exists(folder / "tried"); });
+  worker.Drain();
+  folder.Write("ended", "");
+  thread.join();
+  ASSERT_TRUE(tried);
+  EXPECT_TRUE(client->GetJob(id).log.empty()) << client->GetJob(id).log[0];
+  HandWorker next(server->address(), box, BoxJob("path", 8), "next");
+  const auto unit = next.Lease();
+  EXPECT_TRUE(unit && !unit->render) << "given back at once";
+}
+
 }  // namespace
 }  // namespace lodestar
