@@ -1,3 +1,6 @@
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <iostream>
 #include <memory>
 #include <sstream>
@@ -88,6 +91,16 @@ int Report(const std::string& message, ExitCode code) {
   return static_cast<int>(code);
 }
 
+// A command whose words did not come out has not done what it was asked for; one that has failed keeps its reason.
+int Delivered(int code) {
+  errno = 0;
+  std::cout.flush();
+  const bool out = std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout.good();
+  if (out || code != static_cast<int>(ExitCode::kOk)) return code;
+  return Report("standard output cannot be written" + (errno != 0 ? std::string(": ") + std::strerror(errno) : ""),
+                ExitCode::kIo);
+}
+
 int UsageError(CLI::App& app, const std::string& message) {
   const auto chosen = app.get_subcommands();
   const std::string command = chosen.empty() ? "" : " " + chosen.front()->get_name();
@@ -130,7 +143,7 @@ int RunCli(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version
-    return app.exit(success);
+    return Delivered(app.exit(success));
   } catch (const CLI::ParseError& error) {
     const std::string extras = ExplainExtras(app);
     return UsageError(app, extras.empty() ? error.what() : extras);
@@ -141,7 +154,7 @@ int RunCli(int argc, const char* const* argv) {
   }
 
   try {
-    return static_cast<int>(invocation.run());
+    return Delivered(static_cast<int>(invocation.run()));
   } catch (const CommandError& error) {
     return Report(error.what(), error.code());
   } catch (const Error& error) {

@@ -144,7 +144,8 @@ void AddCompareCommand(CLI::App& app, Invocation& invocation) {
   CLI::App* sub = app.add_subcommand("compare", "Render a scene with several methods and compare their errors");
   AddJobOptions(*sub, arguments->job, {.method = false, .budget = true});
   sub->add_option("--methods", arguments->methods,
-                  "Methods with their options, e.g. path,sdtree:nee=always,combine=discard; the first is the baseline")
+                  "Methods with their options, e.g. path,sdtree:nee=always,combine=discard; the first is the baseline. "
+                  "In a value that is a list slashes stand for its commas: auto:candidates=path/sdtree")
       ->capture_default_str()
       ->type_name("LIST");
   sub->add_option("--seeds", arguments->seeds, "Runs of each method, with seeds --seed, --seed + 1, ...")

@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "client/job_options.h"
 #include "core/base/check.h"
 #include "core/learning/report_json.h"
 
@@ -79,6 +80,18 @@ Json EfficiencyJson(double error, double seconds) {
   return error > 0 && seconds > 0 ? Json(1 / (error * seconds)) : Json(nullptr);
 }
 
+// "auto:candidates=path" and then "sdtree": a second method, or a second candidate?
+void RefuseACutList(const std::string& choice, const std::string& next) {
+  const size_t equals = choice.rfind('=');
+  if (equals == std::string::npos || choice.find('/', equals) != std::string::npos) return;
+  const size_t name = choice.find_last_of(":,", equals) + 1;
+  const std::string option = choice.substr(name, equals - name);
+  if (!TakesList(FindMethod(choice.substr(0, choice.find(':'))), option)) return;
+  throw Error(ErrorKind::kInvalidInput,
+              "--methods: '" + choice + "," + next + "' does not say whether the comma ends the list of '" + option +
+                  "'; write " + option + "=A/B for a list, or name the other methods in front of this one");
+}
+
 }  // namespace
 
 Spread SpreadOf(std::vector<double> values) {
@@ -110,6 +123,7 @@ std::vector<std::string> SplitMethods(const std::string& text) {
       // "sdtree,nee=always" means the same as "sdtree:nee=always".
       methods.back() += (methods.back().find(':') == std::string::npos ? ":" : ",") + piece;
     } else {
+      if (!methods.empty()) RefuseACutList(methods.back(), piece);
       methods.push_back(piece);
     }
   }

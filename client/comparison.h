@@ -28,7 +28,8 @@ struct Spread {
 Spread SpreadOf(std::vector<double> values);
 
 // "path,sdtree:nee=always,combine=discard" -> two methods: a piece NAME=VALUE without a method of its own belongs to
-// the one before it.
+// the one before it. Throws Error(kInvalidInput) where a method follows the single value of an option that takes a
+// list.
 std::vector<std::string> SplitMethods(const std::string& text);
 
 // A label as part of a file name.

@@ -13,7 +13,7 @@ enum class ExitCode : int {
   kInternal = 1,         // a fault of ours
   kUsage = 2,            // an option or its value is wrong
   kBadScene = 3,         // the scene, or a file it names, is missing, malformed or unsupported
-  kIo = 4,               // another file could not be read or written
+  kIo = 4,               // another file, or standard output, could not be read or written
   kFarmUnreachable = 5,  // no answer from the coordinator
   kJobFailed = 6,        // the farm refused the job, or it failed or was cancelled
   kInterrupted = 130,    // Ctrl-C; what was rendered so far has been written

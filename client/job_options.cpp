@@ -73,6 +73,12 @@ const MethodEntry& FindMethod(const std::string& name) {
                                             " (there are: " + Join(MethodNames()) + ")");
 }
 
+bool TakesList(const MethodEntry& method, const std::string& name) {
+  return std::ranges::any_of(method.options, [&](const OptionHelp& option) {
+    return option.name == name && option.default_value.find(',') != std::string::npos;
+  });
+}
+
 void CheckMethodOption(const MethodEntry& method, const std::string& name) {
   const auto has = [&](const MethodEntry& entry) {
     return std::ranges::any_of(entry.options, [&](const OptionHelp& option) { return option.name == name; });
@@ -105,7 +111,8 @@ MethodChoice ParseMethodChoice(const std::string& text) {
     const auto [name, value] =
         SplitAssignment(text.substr(at + 1, next == std::string::npos ? next : next - at - 1), "method '" + text + "'");
     CheckMethodOption(method, name);
-    choice.options[name] = value;
+    std::string& chosen = choice.options[name] = value;
+    if (TakesList(method, name)) std::ranges::replace(chosen, '/', ',');
     at = next;
   }
   return choice;

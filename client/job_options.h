@@ -36,7 +36,8 @@ struct JobOptionGroups {
 };
 void AddJobOptions(CLI::App& app, JobArguments& arguments, const JobOptionGroups& groups = {});
 
-// "sdtree:nee=always,combine=discard": a method and options of it, as compare takes them.
+// "sdtree:nee=always,combine=discard": a method and options of it, as compare takes them. The values of a list, which
+// --option parts by commas, are parted by slashes: "auto:candidates=path/sdtree".
 struct MethodChoice {
   std::string label;  // as written
   std::string method;
@@ -45,6 +46,8 @@ struct MethodChoice {
 MethodChoice ParseMethodChoice(const std::string& text);
 
 const MethodEntry& FindMethod(const std::string& name);
+// True where the value of an option may be a list, as its default is.
+bool TakesList(const MethodEntry& method, const std::string& option);
 // Throws Error(kInvalidInput) listing the method's options where `name` is none of them.
 void CheckMethodOption(const MethodEntry& method, const std::string& name);
 

@@ -34,7 +34,7 @@ SceneManifest Upload(FarmClient& farm, const SceneDescription& description, bool
   bool open = false;
   const SceneManifest manifest = OnFarm([&] {
     return farm.Upload(bundle, [&](const UploadProgress& at) {
-      if (quiet || !terminal || at.files == 0) return;
+      if (quiet || !terminal) return;
       std::fprintf(stderr, "\ruploading %zu of %zu files, %s of %s\x1b[K", at.files_done, at.files,
                    FormatBytes(static_cast<double>(at.bytes_done)).c_str(),
                    FormatBytes(static_cast<double>(at.bytes)).c_str());
@@ -69,7 +69,9 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
     }
   }
   FarmClient farm(arguments.farm.address, arguments.farm.options);
+  if (reference) OnFarm([&] { return farm.UploadImage(*reference); });
   submission.scene = Upload(farm, description, follow.quiet);
+  // Again: while a large scene is uploaded nobody asks for it, and it may have been dropped.
   if (reference) submission.reference = OnFarm([&] { return farm.UploadImage(*reference); });
   const JobId id = OnFarm([&] { return farm.SubmitJob(submission); });
   if (arguments.watch || !follow.output.empty()) {

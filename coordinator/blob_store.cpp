@@ -4,6 +4,7 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -59,7 +60,13 @@ struct BlobStore::Writer::Impl {
   fs::path temporary;
   int fd = -1;
   Sha256Stream sha;
+  uint64_t promised = 0;  // its part of the store's
+  void Keep(uint64_t bytes) {
+    promised -= bytes;
+    store->promised_ -= bytes;
+  }
   ~Impl() {
+    Keep(promised);
     if (fd >= 0) close(fd);
     std::error_code ignored;
     if (!temporary.empty()) fs::remove(temporary, ignored);
@@ -96,7 +103,7 @@ int64_t BlobStore::Now() const {
       .count();
 }
 
-void BlobStore::CheckSpace(uint64_t bytes, For purpose) const {
+void BlobStore::CheckSpace(uint64_t bytes, For purpose, uint64_t promised) const {
   uint64_t available = 0;
   if (options_.free_bytes) {
     available = options_.free_bytes();
@@ -107,19 +114,28 @@ void BlobStore::CheckSpace(uint64_t bytes, For purpose) const {
   }
   const Claim claim = ClaimOf(purpose);
   const uint64_t kept = options_.reserve_bytes / 4 * claim.quarters;
-  if (available < kept || available - kept < bytes) {
-    throw ExhaustedError("the coordinator's disk is nearly full: " + std::to_string(bytes >> 20) +
-                         " MiB more would leave less than the " + std::to_string(kept >> 20) + " MiB that " +
-                         claim.kept_for + " (" + std::to_string(available >> 20) + " MiB are free in " +
-                         folder_.string() + "); free some space there" + claim.then);
+  const uint64_t taken = kept + promised;
+  if (available < taken || available - taken < bytes) {
+    throw ExhaustedError(
+        "the coordinator's disk is nearly full: " + std::to_string(bytes >> 20) +
+        " MiB more would leave less than the " + std::to_string(kept >> 20) + " MiB that " + claim.kept_for + " (" +
+        std::to_string(available >> 20) + " MiB are free in " + folder_.string() +
+        (promised > 0 ? ", " + std::to_string(promised >> 20) + " MiB of them for uploads under way" : "") +
+        "); free some space there" + claim.then);
   }
 }
 
 std::unique_ptr<BlobStore::Writer> BlobStore::NewWriter(const ContentHash& hash, uint64_t size, For purpose) {
   FileOf(hash);
-  CheckSpace(size, purpose);
   auto impl = std::make_unique<Writer::Impl>();
   impl->store = this;
+  if (purpose == For::kClient) {
+    // Promised before it is checked: of two that come at once, each would find room for itself alone.
+    impl->promised = size;
+    CheckSpace(size, purpose, promised_.fetch_add(size));
+  } else {
+    CheckSpace(size, purpose);
+  }
   impl->hash = hash;
   impl->size = size;
   impl->temporary = folder_ / "temporary" / std::to_string(++temporary_);
@@ -135,12 +151,14 @@ void BlobStore::Writer::Append(std::string_view bytes) {
   }
   impl_->sha.Add(bytes);
   impl_->written += bytes.size();
+  const uint64_t kept = std::min<uint64_t>(impl_->promised, bytes.size());
   while (!bytes.empty()) {
     const ssize_t count = write(impl_->fd, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) Fail(impl_->temporary, "written");
     bytes.remove_prefix(static_cast<size_t>(count));
   }
+  impl_->Keep(kept);
 }
 
 void BlobStore::Writer::Commit() {

@@ -57,17 +57,22 @@ class BlobStore {
   void Drop(const ContentHash& hash);
   // Removes what no job needs; returns how many.
   size_t Collect();
-  // Throws ExhaustedError where `bytes` more would leave less of the reserve than they must.
-  void CheckSpace(uint64_t bytes, For purpose = For::kClient) const;
+  // Throws ExhaustedError where `bytes` more would leave less of the reserve than they must: for a client after all
+  // that uploads under way have still to bring, for a job now, since an upload can be repeated.
+  void CheckSpace(uint64_t bytes, For purpose = For::kClient) const {
+    CheckSpace(bytes, purpose, purpose == For::kClient ? promised_.load() : 0);
+  }
 
  private:
   std::filesystem::path FileOf(const ContentHash& hash) const;
   int64_t Now() const;
+  void CheckSpace(uint64_t bytes, For purpose, uint64_t promised) const;
   std::filesystem::path folder_;
   JobStore& store_;
   Options options_;
   std::mutex names_;  // between a rename with its row, and a collection with its removals
   std::atomic<uint64_t> temporary_{0};
+  std::atomic<uint64_t> promised_{0};  // bytes that clients' writers have announced and not written yet
 };
 
 }  // namespace lodestar

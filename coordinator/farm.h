@@ -68,6 +68,7 @@ class Farm {
   class FarmExecutor;
   struct Worker {
     WorkerInfo info;
+    std::string fingerprint;  // info.Fingerprint(), which is made anew each time
     Clock::Duration seen{};
     std::vector<LeaseId> revoked;  // to be told
     uint64_t units = 0;
@@ -85,6 +86,8 @@ class Farm {
     Clock::Duration until;
     RenewAnswer answer;
   };
+  // Of all workers that may render a job together, in passes over a unit a second; what is asked for, summed once.
+  using Speeds = std::map<const Job*, double>;
   struct Watcher {
     int64_t job;
     std::function<void(const JobStatus&)> changed;
@@ -110,8 +113,9 @@ class Farm {
   uint32_t LiveWorkers(const std::string& fingerprint) const;
   bool LeftToOthers(const Job& job, const WorkerId& worker) const;
   std::optional<LeasedUnit> GrantSurvey(const WorkerId& id, const Worker& worker);
-  std::optional<LeasedUnit> GrantRender(const WorkerId& id, const Worker& worker, bool copies);
-  std::optional<LeasedUnit> GrantFor(const WorkerId& id);
+  std::optional<LeasedUnit> GrantRender(const WorkerId& id, const Worker& worker, bool copies, Speeds* speeds);
+  // `speeds`: of the calls that are answered while mutex_ is held.
+  std::optional<LeasedUnit> GrantFor(const WorkerId& id, Speeds* speeds);
   LeasedUnit Describe(const Job& job, const LeaseEntry& entry, const OpenRound& open) const;
   void Pump(Deferred* deferred);  // answers parked calls that can be answered
   void Revoke(const std::vector<LeaseEntry>& leases, Deferred* deferred);

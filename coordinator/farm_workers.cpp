@@ -21,6 +21,7 @@ Registration Farm::Register(const WorkerInfo& info) {
   WorkerId id{"worker-" + std::to_string(store_.epoch()) + "-" + std::to_string(++last_worker_)};
   Worker worker;
   worker.info = info;
+  worker.fingerprint = info.Fingerprint();
   worker.seen = clock_.Now();
   workers_.emplace(id, std::move(worker));
   spdlog::info("{} ({}, {} threads) registered", id.value, info.name, info.threads);
@@ -59,10 +60,9 @@ std::optional<LeasedUnit> Farm::GrantSurvey(const WorkerId& id, const Worker& wo
   return std::nullopt;
 }
 
-std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& worker, bool copies) {
+std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& worker, bool copies, Speeds* speeds) {
   for (Job* job : order_) {
-    if (!job->run || job->stored.fingerprint != worker.info.Fingerprint() || job->stop.Requested() ||
-        LeftToOthers(*job, id))
+    if (!job->run || job->stored.fingerprint != worker.fingerprint || job->stop.Requested() || LeftToOthers(*job, id))
       continue;
     JobRun& run = *job->run;
     const auto pass_seconds = [&](const WorkerId& of) {
@@ -70,19 +70,22 @@ std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& wo
       return own != run.pass_seconds.end() ? own->second : run.mean_pass_seconds;
     };
     const auto speed = [&](const WorkerId& of) { return run.mean_pass_seconds > 0 ? 1 / pass_seconds(of) : 1; };
-    double all = 0;
-    for (const auto& [other, of] : workers_) {
-      if (of.info.Fingerprint() == job->stored.fingerprint) all += speed(other);
-    }
-    const double share = speed(id) / all;
+    const auto share = [&] {
+      const auto [all, first] = speeds->try_emplace(job, 0);
+      if (first) {
+        for (const auto& [other, of] : workers_)
+          if (of.fingerprint == job->stored.fingerprint) all->second += speed(other);
+      }
+      return speed(id) / all->second;
+    };
     for (size_t i = 0; i < run.open.size(); ++i) {
       OpenRound& open = *run.open[i];
       std::optional<LeaseEntry> entry;
       if (copies) {
         entry = open.leases.GrantCopy(NewLeaseId(), id, run.mean_pass_seconds * open.round.passes);
-      } else {
+      } else if (open.leases.free_units() > 0) {
         open.leases.set_bytes_per_unit(run.bytes_per_unit);
-        const uint32_t units = LeaseUnits(options_.sizing, open.leases.free_units(), open.leases.unit_count(), share,
+        const uint32_t units = LeaseUnits(options_.sizing, open.leases.free_units(), open.leases.unit_count(), share(),
                                           pass_seconds(id) * open.round.passes, i + 1 < run.open.size());
         entry = open.leases.Grant(NewLeaseId(), id, units);
       }
@@ -92,17 +95,18 @@ std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& wo
   return std::nullopt;
 }
 
-std::optional<LeasedUnit> Farm::GrantFor(const WorkerId& id) {
+std::optional<LeasedUnit> Farm::GrantFor(const WorkerId& id, Speeds* speeds) {
   const auto it = workers_.find(id);
   if (it == workers_.end()) return std::nullopt;
   if (auto unit = GrantSurvey(id, it->second)) return unit;
-  if (auto unit = GrantRender(id, it->second, false)) return unit;
-  return GrantRender(id, it->second, true);
+  if (auto unit = GrantRender(id, it->second, false, speeds)) return unit;
+  return GrantRender(id, it->second, true, speeds);
 }
 
 void Farm::Pump(Deferred* deferred) {
+  Speeds speeds;
   for (auto it = parked_leases_.begin(); it != parked_leases_.end();) {
-    if (auto unit = GrantFor(it->worker)) {
+    if (auto unit = GrantFor(it->worker, &speeds)) {
       deferred->Add([answer = std::move(it->answer), unit = std::move(unit)] { answer(unit); });
       it = parked_leases_.erase(it);
     } else {
@@ -125,7 +129,8 @@ uint64_t Farm::Lease(const WorkerId& worker, Clock::Duration wait, LeaseAnswer a
   Deferred deferred;
   std::lock_guard lock(mutex_);
   NeedWorker(worker);
-  if (auto unit = GrantFor(worker); unit || ending_) {
+  Speeds speeds;
+  if (auto unit = GrantFor(worker, &speeds); unit || ending_) {
     deferred.Add([answer = std::move(answer), unit = std::move(unit)] { answer(unit); });
     return 0;
   }

@@ -29,7 +29,7 @@ struct FarmClient::Impl {
   void Call(const std::function<grpc::Status(grpc::ClientContext*)>& call, Clock::Duration deadline = seconds(10),
             const StopToken* stop = nullptr) const {
     const Clock::Duration limit(static_cast<int64_t>(options.retry_seconds * 1e9));
-    Retry(Idempotency::kIdempotent, limit, Clock::Steady(), Sleeper::Real(), Backoff(), stop, [&] {
+    Retry(Idempotency::kIdempotent, limit, *options.clock, Sleeper::Real(), Backoff(), stop, [&] {
       grpc::ClientContext context;
       PrepareContext(&context, deadline);
       ThrowIfFailed(call(&context), "the coordinator at " + address);
@@ -97,24 +97,37 @@ SceneManifest FarmClient::Upload(const SceneBundle& bundle,
   // Step 2: what is there already?
   std::vector<std::string> asked;
   for (const auto& [hash, file] : by_hash) asked.push_back(hash);
-  const std::set<std::string> missing = impl_->Missing(asked);
-  // Step 3: upload the rest.
+  auto asked_at = impl_->options.clock->Now();
+  std::set<std::string> missing = impl_->Missing(asked);
+  // Step 3: upload the rest. Asking keeps what is there, and a large scene is longer on its way than a coordinator
+  // keeps what nobody asks for.
+  const auto keep = [&] {
+    if (impl_->options.clock->Now() - asked_at < minutes(1)) return;
+    asked_at = impl_->options.clock->Now();
+    try {
+      (void)impl_->Missing(asked);
+    } catch (const Error&) {
+      // The upload under way meets the same; what is lost by it is found missing at the end.
+    }
+  };
   UploadProgress state;
-  state.files = missing.size();
-  for (const auto& hash : missing) state.bytes += manifest.files.at(by_hash.at(hash)->name).size;
-  if (progress) progress(state);
-  for (const auto& hash : missing) {
-    const auto& file = *by_hash.at(hash);
-    const auto& entry = manifest.files.at(file.name);
-    const uint64_t before = state.bytes_done;
-    std::ifstream in(file.path, std::ios::binary);
-    if (!in) throw Error(ErrorKind::kNotFound, file.path.string() + " cannot be opened");
-    impl_->Put(in, entry, [&](uint64_t sent) {
-      state.bytes_done = before + sent;
+  for (; !missing.empty(); missing = impl_->Missing(asked)) {
+    state.files += missing.size();
+    for (const auto& hash : missing) state.bytes += manifest.files.at(by_hash.at(hash)->name).size;
+    for (const auto& hash : missing) {
+      const auto& file = *by_hash.at(hash);
+      const auto& entry = manifest.files.at(file.name);
+      const uint64_t before = state.bytes_done;
+      std::ifstream in(file.path, std::ios::binary);
+      if (!in) throw Error(ErrorKind::kNotFound, file.path.string() + " cannot be opened");
+      impl_->Put(in, entry, [&](uint64_t sent) {
+        state.bytes_done = before + sent;
+        if (progress) progress(state);
+        keep();
+      });
+      ++state.files_done;
       if (progress) progress(state);
-    });
-    ++state.files_done;
-    if (progress) progress(state);
+    }
   }
   return manifest;
 }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/clock.h"
 #include "core/base/stop.h"
 #include "core/film/film.h"
 #include "core/learning/guide_file.h"
@@ -32,7 +33,7 @@ struct SceneBundle {
 SceneBundle BundleScene(const std::vector<std::string>& files);
 
 struct UploadProgress {
-  size_t files_done = 0, files = 0;  // of those that are missing at the coordinator
+  size_t files_done = 0, files = 0;  // of those that were missing at the coordinator
   uint64_t bytes_done = 0, bytes = 0;
 };
 
@@ -40,13 +41,14 @@ class FarmClient {
  public:
   struct Options {
     double retry_seconds = 10;  // how long an unreachable coordinator is retried
+    const Clock* clock = &Clock::Steady();
   };
   explicit FarmClient(const std::string& address, const Options& options);  // "host:port"
   explicit FarmClient(const std::string& address) : FarmClient(address, Options()) {}
   ~FarmClient();
 
-  // Hashes the files, asks which are missing, uploads those; the manifest is what SubmitJob wants. `progress` may be
-  // empty.
+  // Hashes the files, asks which are missing, uploads those, until none is; the manifest is what SubmitJob wants,
+  // within the ten minutes that a coordinator keeps what no job needs. `progress` may be empty.
   SceneManifest Upload(const SceneBundle& bundle, const std::function<void(const UploadProgress&)>& progress = {});
   ContentHash UploadImage(const Image& image);  // where it is missing; for JobSubmission::reference
   JobId SubmitJob(JobSubmission submission);

@@ -1,6 +1,7 @@
 #include "rpc/retry.h"
 
 #include <algorithm>
+#include <optional>
 #include <thread>
 
 namespace lodestar {
@@ -34,13 +35,15 @@ Clock::Duration Backoff::Next() {
 
 void Retry(Idempotency idempotency, Clock::Duration limit, const Clock& clock, Sleeper& sleeper, Backoff backoff,
            const StopToken* stop, const std::function<void()>& call) {
-  const auto end = clock.Now() + limit;
+  std::optional<Clock::Duration> end;
   while (true) {
     try {
       return call();
     } catch (const UnreachableError&) {
       const auto pause = backoff.Next();
-      if (idempotency == Idempotency::kNotIdempotent || clock.Now() + pause > end || (stop && stop->Requested())) throw;
+      if (!end) end = clock.Now() + limit;
+      if (idempotency == Idempotency::kNotIdempotent || clock.Now() + pause > *end || (stop && stop->Requested()))
+        throw;
       sleeper.Sleep(pause, stop);
     }
   }

@@ -40,8 +40,9 @@ class Backoff {
 // repeat it.
 enum class Idempotency { kIdempotent, kNotIdempotent };
 
-// Runs `call` until it does not throw UnreachableError, for at most `limit` and while `stop` (may be null) is not
-// requested; then the last error.
+// Runs `call` until it does not throw UnreachableError, for at most `limit` from the first time that it does (a call
+// may itself last longer than that, and be cut at its end) and while `stop` (may be null) is not requested; then the
+// last error.
 void Retry(Idempotency idempotency, Clock::Duration limit, const Clock& clock, Sleeper& sleeper, Backoff backoff,
            const StopToken* stop, const std::function<void()>& call);
 

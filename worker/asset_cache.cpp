@@ -75,7 +75,15 @@ void AssetCache::Link(const ContentHash& hash, const fs::path& to, const Fetch& 
     std::error_code error;
     if (fs::exists(file, error)) {
       // A disk that lies is found here, not in a picture.
-      if (Sha256OfFile(file) != hash) {
+      ContentHash found;
+      try {
+        found = Sha256OfFile(file);
+      } catch (const Error& unread) {
+        if (!fs::exists(file, error)) continue;  // another worker evicted it in between
+        throw Error(ErrorKind::kIo,
+                    std::string(unread.what()) + "; check its permissions, or choose another folder with --cache");
+      }
+      if (found != hash) {
         spdlog::warn("cached content {} is damaged: fetching it again", hash.hex);
         fs::remove(file, error);
         continue;
@@ -86,7 +94,7 @@ void AssetCache::Link(const ContentHash& hash, const fs::path& to, const Fetch& 
       if (!error) return;
       if (error != std::errc::no_such_file_or_directory)
         throw Error(ErrorKind::kIo, to.string() + " cannot be written: " + error.message());
-      continue;  // another worker evicted it in between
+      continue;  // evicted just now
     }
     const fs::path temporary = own_ / std::to_string(++last_);
     fetch(hash, temporary);

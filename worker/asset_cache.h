@@ -19,7 +19,7 @@ class AssetCache {
   ~AssetCache();
 
   // Makes a folder that holds exactly the manifest's files under their names; nothing outside of it is written. Removed
-  // by the caller.
+  // by the caller. Throws Error(kIo) for what is wrong with the cache, and what `fetch` throws.
   std::filesystem::path Materialise(const SceneManifest& manifest, const Fetch& fetch);
 
  private:

@@ -72,10 +72,18 @@ void JobCache::MakeRoom(uint64_t bytes) {
 
 std::shared_ptr<LoadedJob> JobCache::Load(const ContentHash& hash, const StopToken& stop) {
   if (auto job = Find(hash)) return job;
-  auto description = JobDescription::Parse(client_.FetchBytes(hash, kMaxSceneFiles * 1200));
-  auto folder = assets_.Materialise(
-      description.scene,
-      [&](const ContentHash& content, const std::filesystem::path& to) { client_.FetchAsset(content, to); });
+  JobDescription description;
+  std::filesystem::path folder;
+  try {
+    description = JobDescription::Parse(client_.FetchBytes(hash, kMaxSceneFiles * 1200));
+    folder = assets_.Materialise(description.scene, [&](const ContentHash& content, const std::filesystem::path& to) {
+      client_.FetchAsset(content, to);
+    });
+  } catch (const Error& error) {
+    // Whatever it is: the scene has not been read yet.
+    if (error.kind() == ErrorKind::kIo) throw;
+    throw Error(ErrorKind::kIo, error.what());
+  }
   try {
     const uint64_t bytes = trial_.Run(description, folder, stop);
     MakeRoom(bytes);

@@ -185,7 +185,9 @@ void Worker::KeepLoop() {
       }
       id = id_;
       wait = lease_duration_ / 4;
-      for (const auto& [lease, stop] : held_) leases.push_back(lease);
+      // Those that are void would be answered at once, and again, until the renderer has put them down.
+      for (const auto& [lease, stop] : held_)
+        if (!stop->Requested()) leases.push_back(lease);
     }
     try {
       const auto revoked = keeping_.RenewLease(id, leases, wait);

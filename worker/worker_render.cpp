@@ -76,6 +76,8 @@ void Worker::Fail(const Held& held, UnitFailure::Kind kind, const std::string& m
     spdlog::warn("{} of {}: {}", held.unit.render ? held.unit.render->node.ToString() : "survey", held.unit.job.value,
                  message);
   Release(held.unit.id);
+  // What ends a worker may have ended its child too, and cuts its patience short: nobody's fault.
+  if (drain_.Requested()) kind = UnitFailure::Kind::kReturned;
   Persistently(held.stop.get(), [&] {
     try {
       working_.ReportFailure({kind, Id(), held.unit.id, held.unit.job, message});

@@ -9,8 +9,8 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 
+#include "coordinator/service/newest.h"
 #include "coordinator/service/work_pool.h"
 #include "rpc/convert.h"
 #include "rpc/status.h"
@@ -179,7 +179,7 @@ template <class Message>
 class NewestWriter final : public grpc::ServerWriteReactor<Message> {
  public:
   explicit NewestWriter(std::function<bool(const Message&)> last)
-      : shared_(std::make_shared<Shared>()), last_(std::move(last)) {
+      : shared_(std::make_shared<Shared>(last)), last_(std::move(last)) {
     shared_->writer = this;
   }
   // `watch` gets the function to call with each message; returns the number for `unwatch`.
@@ -221,20 +221,22 @@ class NewestWriter final : public grpc::ServerWriteReactor<Message> {
 
  private:
   struct Shared {
+    explicit Shared(std::function<bool(const Message&)> last) : newest(std::move(last)) {}
     std::mutex mutex;
     NewestWriter* writer = nullptr;  // null: over
-    std::optional<Message> newest;
+    Newest<Message> newest;
     bool writing = false, cancelled = false;
     std::function<void()> unwatch;
     void Offer(Message message) {
       std::lock_guard lock(mutex);
-      newest = std::move(message);
+      newest.Offer(std::move(message));
       if (!writing) WriteNext();
     }
     void WriteNext() {
-      if (!writer || !newest || cancelled) return;
-      writer->current_ = std::move(*newest);
-      newest.reset();
+      if (!writer || cancelled) return;
+      auto message = newest.Take();
+      if (!message) return;
+      writer->current_ = std::move(*message);
       writing = true;
       writer->StartWrite(&writer->current_);
     }

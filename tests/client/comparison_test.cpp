@@ -7,6 +7,9 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "client/job_options.h"
+#include "core/base/error.h"
+
 namespace lodestar {
 namespace {
 
@@ -33,6 +36,25 @@ TEST(Comparison, MethodsSplitAtCommasAndOptionsStayWithTheirMethod) {
               ElementsAre("sdtree:nee=always,combine=discard", "path"));
   EXPECT_THAT(SplitMethods("sdtree,nee=never,path"), ElementsAre("sdtree:nee=never", "path"));
   EXPECT_TRUE(SplitMethods("").empty());
+}
+
+TEST(Comparison, AListOfValuesIsNotTakenForMethods) {
+  EXPECT_THAT(SplitMethods("path,auto:candidates=path/sdtree,pilot=1000,grid"),
+              ElementsAre("path", "auto:candidates=path/sdtree,pilot=1000", "grid"));
+  EXPECT_EQ(ParseMethodChoice("auto:candidates=path/sdtree,pilot=1000").options,
+            (std::map<std::string, std::string>{{"candidates", "path,sdtree"}, {"pilot", "1000"}}));
+  EXPECT_THAT(SplitMethods("path,auto:candidates=path"), ElementsAre("path", "auto:candidates=path"));
+  EXPECT_THAT(SplitMethods("auto:candidates=path/sdtree,grid"), ElementsAre("auto:candidates=path/sdtree", "grid"));
+  for (const char* text : {"path,auto:candidates=path,sdtree", "auto,candidates=path,sdtree:nee=always",
+                           "auto:pilot=1000,candidates=path,sdtree,nee=always"}) {
+    try {
+      SplitMethods(text);
+      ADD_FAILURE() << text;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kInvalidInput);
+      EXPECT_THAT(error.what(), HasSubstr("candidates=A/B")) << text;
+    }
+  }
 }
 
 TEST(Comparison, SpreadHasMedianAndSampleDeviation) {

@@ -101,6 +101,17 @@ TEST(Program, FilesThatCannotBeReadOrWrittenEndWithFour) {
   EXPECT_THAT(text.err, AllOf(HasSubstr("tiny.pbrt"), HasSubstr("--state FILE` writes one")));
 }
 
+TEST(Program, StandardOutputOnAFullDiskEndsWithFour) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene).string();
+  for (const std::string& command :
+       {"inspect '" + scene + "' --json", std::string("--help"), std::string("--version")}) {
+    const Ran ran = RunProgram({"sh", "-c", "'" LODESTAR_PROGRAM "' " + command + " >/dev/full"});
+    EXPECT_EQ(ran.code, 4) << command;
+    EXPECT_THAT(ran.err, HasSubstr("standard output")) << command;
+  }
+}
+
 TEST(Program, InspectSaysWhatTheSceneHolds) {
   TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);

@@ -40,6 +40,7 @@ class RefusingFront final : public v1::Work::Service {
     return behind_->Lease(Onward(c).get(), *q, r);
   }
   grpc::Status RenewLease(grpc::ServerContext* c, const v1::RenewLeaseRequest* q, v1::RenewLeaseReply* r) override {
+    ++renewals_;
     return behind_->RenewLease(Onward(c).get(), *q, r);
   }
   grpc::Status SubmitSurvey(grpc::ServerContext* c, const v1::SubmitSurveyRequest* q,
@@ -64,14 +65,19 @@ class RefusingFront final : public v1::Work::Service {
                                   v1::SubmitContributionReply* r) override {
     std::vector<v1::ContributionChunk> chunks;
     for (v1::ContributionChunk chunk; in->Read(&chunk);) chunks.push_back(chunk);
-    if (left_.fetch_sub(1) > 0) return refusal_;
+    if (left_.fetch_sub(1) > 0) {
+      refused_ = true;
+      return refusal_;
+    }
     const auto context = Onward(c);
     const auto out = behind_->SubmitContribution(context.get(), r);
     for (const v1::ContributionChunk& chunk : chunks) out->Write(chunk);
     out->WritesDone();
     return out->Finish();
   }
+  bool refused_any() const { return refused_; }
   bool refused_all() const { return left_ <= 0; }
+  int renewals() const { return renewals_; }
 
  private:
   static std::unique_ptr<grpc::ClientContext> Onward(const grpc::ServerContext* from) {
@@ -85,7 +91,8 @@ class RefusingFront final : public v1::Work::Service {
     return in.Finish();
   }
   const grpc::Status refusal_;
-  std::atomic<int> left_;
+  std::atomic<int> left_, renewals_ = 0;
+  std::atomic<bool> refused_ = false;
   const std::unique_ptr<v1::Work::Stub> behind_;
   std::unique_ptr<grpc::Server> server_;
   std::string address_;
@@ -134,6 +141,24 @@ TEST_F(Refusal, ACoordinatorWithTooMuchAtHandGetsResultsLater) {
   ASSERT_TRUE(ended);
   EXPECT_TRUE(front.refused_all());
   EXPECT_EQ(client->GetJob(id).phase, JobPhase::kDone) << client->GetJob(id).error;
+}
+
+TEST_F(Refusal, ARevokedLeaseIsNotAskedForAgain) {
+  // What the worker cannot deliver it holds, though its job is over.
+  RefusingFront front(server->address(), ToStatus(ExhaustedError("too many calls are waiting")), 1000);
+  const auto id = SubmitBox(BoxJob("path", 64));
+  Worker worker(WorkerOptions(front.address()));
+  std::thread thread([&] { worker.Run(); });
+  const bool refused = Eventually(std::chrono::seconds(30), [&] { return front.refused_any(); });
+  client->Cancel(id);
+  const bool ended = Eventually(std::chrono::seconds(10), [&] { return Ended(client->GetJob(id).phase); });
+  const int before = front.renewals();
+  std::this_thread::sleep_for(options.leases.duration / 2);
+  const int renewals = front.renewals() - before;
+  worker.Drain();
+  thread.join();
+  ASSERT_TRUE(refused && ended);
+  EXPECT_LT(renewals, 20) << "each waits for a quarter of a lease's duration";
 }
 
 }  // namespace

@@ -181,6 +181,34 @@ TEST_F(StoreTest, AFullDiskIsForeseen) {
   EXPECT_EQ(blobs.Put("small"), Sha256("small")) << "what is there needs no space";
 }
 
+TEST_F(StoreTest, UploadsUnderWayAreCounted) {
+  JobStore store(folder.path());
+  BlobStore blobs(folder.path() / "blobs", store, BlobOptions());
+  const uint64_t gib = uint64_t{1} << 30;
+  free = 3 * gib;
+  auto first = blobs.NewWriter(Sha256("first"), 2 * gib);
+  EXPECT_EQ(KindOf([&] { blobs.NewWriter(Sha256("second"), 2 * gib); }), ErrorKind::kIo);
+  EXPECT_NE(last.find("2048 MiB of them for uploads"), std::string::npos) << last;
+  EXPECT_THROW(blobs.CheckSpace(2 * gib), ExhaustedError);
+  EXPECT_NO_THROW(blobs.CheckSpace(2 * gib, BlobStore::For::kCheckpoint)) << "a job that runs does not wait for them";
+  // What is written is no longer free, and counts once.
+  const std::string part(1 << 20, 'x');
+  first->Append(part);
+  free -= part.size();
+  const uint64_t left = gib - (uint64_t{256} << 20);  // without the reserve
+  EXPECT_NO_THROW(blobs.CheckSpace(left));
+  EXPECT_THROW(blobs.CheckSpace(left + 1), ExhaustedError);
+  // An upload that ends gives back what it did not write.
+  first.reset();
+  free += part.size();
+  EXPECT_NO_THROW(blobs.NewWriter(Sha256("second"), 2 * gib));
+  auto whole = blobs.NewWriter(Sha256("whole"), 5);
+  whole->Append("whole");
+  whole->Commit();
+  whole.reset();
+  EXPECT_NO_THROW(blobs.CheckSpace(2 * gib + left));
+}
+
 TEST_F(StoreTest, DamagedUploadsLeaveNothing) {
   JobStore store(folder.path());
   BlobStore blobs(folder.path() / "blobs", store, BlobOptions());

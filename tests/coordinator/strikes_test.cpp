@@ -1,4 +1,9 @@
 // A scene that costs its workers' lives must not take the farm with it: after three, its job ends and says why.
+#include <sys/stat.h>
+
+#include <thread>
+
+#include "rpc/sha256_stream.h"
 #include "tests/coordinator/hand_worker.h"
 #include "tests/coordinator/in_process_farm.h"
 
@@ -145,6 +150,53 @@ TEST_F(InProcessFarm, WhatAWorkerCannotDoIsLeftToOthers) {
   EXPECT_EQ(status.phase, JobPhase::kFailed);
   EXPECT_NE(status.error.find("box.pbrt"), std::string::npos) << status.error;
   EXPECT_EQ(status.log[1], "large: disk full");
+}
+
+TEST_F(InProcessFarm, AWorkersCacheIsNoFaultOfTheScene) {
+  const auto spec = BoxJob("path", 8);
+  HandWorker sound(server->address(), box, spec, "sound");
+  const auto id = SubmitBox(spec);
+  auto broken_options = WorkerOptions(server->address());
+  broken_options.name = "broken";
+  for (const auto& file : box.files) {
+    const std::string hash = Sha256OfFile(file.path).hex;
+    const auto kept = broken_options.cache / "content" / hash.substr(0, 2) / hash;
+    std::filesystem::create_directories(kept.parent_path());
+    ASSERT_EQ(mknod(kept.c_str(), S_IFSOCK | 0600, 0), 0);  // which not even root can open
+  }
+  Worker broken(broken_options);
+  std::thread thread([&] { broken.Run(); });
+  const bool said = Eventually(seconds(30), [&] { return !client->GetJob(id).log.empty(); });
+  const auto status = client->GetJob(id);
+  if (const auto unit = sound.Lease(); unit && !unit->render) sound.Survey(*unit);
+  const bool begun = Eventually(seconds(10), [&] { return client->GetJob(id).phase == JobPhase::kRunning; });
+  broken.Drain();
+  thread.join();
+  ASSERT_TRUE(said);
+  EXPECT_EQ(status.log[0].find("broken: "), 0u) << status.log[0];
+  EXPECT_EQ(status.phase, JobPhase::kQueued) << status.error;
+  EXPECT_TRUE(begun);
+}
+
+// An init system may end all of a service's processes at once.
+TEST_F(InProcessFarm, AWorkerThatIsEndedWithItsChildGivesTheSceneBack) {
+  auto worker_options = WorkerOptions(server->address());
+  worker_options.trial.program =
+      folder.Write("program", "#!/bin/sh\ncd " + folder.path().string() +
+                                  "\ntouch tried\nuntil test -e ended; do sleep 0.01; done\nkill -TERM $$\n");
+  std::filesystem::permissions(worker_options.trial.program, std::filesystem::perms::owner_all);
+  const auto id = SubmitBox(BoxJob("path", 8));
+  Worker worker(worker_options);
+  std::thread thread([&] { worker.Run(); });
+  const bool tried = Eventually(seconds(30), [&] { return std::filesystem::exists(folder / "tried"); });
+  worker.Drain();
+  folder.Write("ended", "");
+  thread.join();
+  ASSERT_TRUE(tried);
+  EXPECT_TRUE(client->GetJob(id).log.empty()) << client->GetJob(id).log[0];
+  HandWorker next(server->address(), box, BoxJob("path", 8), "next");
+  const auto unit = next.Lease();
+  EXPECT_TRUE(unit && !unit->render) << "given back at once";
 }
 
 }  // namespace

@@ -63,6 +63,18 @@ TEST(Retry, RepeatsOnlyWhatIsIdempotentAndOnlyWhenUnreachable) {
   EXPECT_EQ(calls, 5);
 }
 
+TEST(Retry, ALongCallThatIsCutIsRepeated) {
+  ManualClock clock;
+  FakeSleeper sleeper(&clock);
+  int calls = 0;
+  Retry(Idempotency::kIdempotent, seconds(10), clock, sleeper, Backoff(), nullptr, [&] {
+    if (++calls > 1) return;
+    clock.Advance(seconds(60));
+    throw UnreachableError("cut");
+  });
+  EXPECT_EQ(calls, 2);
+}
+
 TEST(Status, KeepsKindAndMessage) {
   for (const auto kind : {ErrorKind::kInvalidInput, ErrorKind::kUnsupported, ErrorKind::kNotFound, ErrorKind::kCorrupt,
                           ErrorKind::kIo, ErrorKind::kConflict}) {

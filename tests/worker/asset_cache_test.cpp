@@ -1,7 +1,9 @@
 #include "worker/asset_cache.h"
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
+#include "core/base/error.h"
 #include "rpc/sha256_stream.h"
 #include "tests/support/temporary_folder.h"
 
@@ -24,6 +26,8 @@ struct Served {
       fs::copy_file(file, to);  // refuses a name that is taken
     };
   }
+  // Where a cache keeps it.
+  fs::path In(const fs::path& cache) const { return cache / "content" / hash.hex.substr(0, 2) / hash.hex; }
   fs::path file;
   ContentHash hash;
   SceneManifest manifest;
@@ -74,12 +78,29 @@ TEST(AssetCache, FetchesDamagedContentAgain) {
   Served served(folder);
   AssetCache cache(folder / "cache", kAmple);
   cache.Materialise(served.manifest, served.Fetch());
-  const fs::path content = folder / "cache" / "content" / served.hash.hex.substr(0, 2) / served.hash.hex;
+  const fs::path content = served.In(folder / "cache");
   fs::remove(content);
   folder.Write(fs::relative(content, folder.path()), "another");
   const fs::path scene = cache.Materialise(served.manifest, served.Fetch());
   EXPECT_EQ(Sha256OfFile(scene / "scene.pbrt"), served.hash);
   EXPECT_EQ(served.fetches, 2);
+}
+
+TEST(AssetCache, ContentThatCannotBeOpenedIsThisMachinesFault) {
+  const TemporaryFolder folder;
+  Served served(folder);
+  AssetCache cache(folder / "cache", kAmple);
+  cache.Materialise(served.manifest, served.Fetch());
+  const fs::path content = served.In(folder / "cache");
+  fs::remove(content);
+  ASSERT_EQ(mknod(content.c_str(), S_IFSOCK | 0600, 0), 0);  // which not even root can open
+  try {
+    cache.Materialise(served.manifest, served.Fetch());
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kIo) << error.what();
+    EXPECT_NE(std::string(error.what()).find(content.string()), std::string::npos) << error.what();
+  }
 }
 
 }  // namespace
