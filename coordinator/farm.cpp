@@ -8,7 +8,8 @@
 
 namespace lodestar {
 
-Farm::Farm(Options options) : options_(std::move(options)), clock_(*options_.clock), store_(options_.store) {
+Farm::Farm(Options options)
+    : options_(std::move(options)), clock_(*options_.clock), store_(options_.store, options_.fatal) {
   blobs_ = std::make_unique<BlobStore>(options_.store / "blobs", store_, options_.blobs);
   Load();
   timer_ = std::thread([this] { TimerLoop(); });
@@ -187,12 +188,7 @@ void Farm::Persist(Job& job, const std::function<void(StoredJob&)>& change) {
     copy.log.clear();
     for (const auto& line : job.log) copy.log += (copy.log.empty() ? "" : "\n") + line;
   }
-  try {
-    store_.Update(copy);
-  } catch (const Error& error) {
-    if (error.kind() == ErrorKind::kConflict && options_.fatal) options_.fatal(error.what());
-    throw;
-  }
+  store_.Update(copy);
   std::lock_guard lock(mutex_);
   job.stored = std::move(copy);
 }

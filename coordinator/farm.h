@@ -29,7 +29,8 @@ class Farm {
     int strikes = 3;  // workers a job may cost
     BlobStore::Options blobs;
     const Clock* clock = &Clock::Steady();
-    std::function<void(const std::string&)> fatal;  // this coordinator must end (another has taken over)
+    std::function<void(const std::string&)>
+        fatal;  // this coordinator must end (another has taken over); from any thread
   };
   explicit Farm(Options options);
   ~Farm();
