@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "coordinator/crash_point.h"
 #include "coordinator/scheduler.h"
 #include "core/base/log.h"
 #include "rpc/status.h"
@@ -193,6 +194,23 @@ void Farm::Persist(Job& job, const std::function<void(StoredJob&)>& change) {
   job.stored = std::move(copy);
 }
 
+void Farm::PersistEnd(Job& job, const std::function<void(StoredJob&)>& change) {
+  JobId id;
+  ContentHash checkpoint;
+  Persist(job, [&](StoredJob& stored) {
+    change(stored);
+    id = stored.id();
+    checkpoint = std::exchange(stored.checkpoint, {});
+  });
+  CrashPoint("done-committed");
+  if (checkpoint.empty()) return;
+  try {
+    blobs_->Drop(checkpoint);
+  } catch (const Error& error) {
+    spdlog::warn("{}: its last checkpoint is left to the next collection: {}", id.value, error.what());
+  }
+}
+
 void Farm::EndJob(Job& job, JobPhase phase, const std::string& error) {
   std::string name;
   {
@@ -200,7 +218,7 @@ void Farm::EndJob(Job& job, JobPhase phase, const std::string& error) {
     name = job.stored.id().value + " (" + job.stored.name + ")";
   }
   try {
-    Persist(job, [&](StoredJob& stored) {
+    PersistEnd(job, [&](StoredJob& stored) {
       stored.phase = phase;
       stored.error = error;
     });

@@ -124,6 +124,8 @@ class Farm {
   void Tick(Deferred* deferred);
   // Without mutex_ (takes job.persist, then mutex_): changes `stored` and writes it.
   void Persist(Job& job, const std::function<void(StoredJob&)>& change);
+  // The same for a job that has ended with it: its checkpoint goes.
+  void PersistEnd(Job& job, const std::function<void(StoredJob&)>& change);
   void EndJob(Job& job, JobPhase phase, const std::string& error);
   // On other threads, without mutex_.
   void Load();
@@ -132,6 +134,9 @@ class Farm {
   void StoreResult(Job& job, const Loop& loop, JobPhase phase, const std::string& error);
   void StoreCheckpoint(Job& job, JobCheckpoint checkpoint);
   void Snapshot(Job& job, const Loop& loop);
+  // With mutex_ held by `lock`: until the driver has shown where a running job is, at most a few seconds. At once where
+  // there is nothing to show.
+  void AwaitSnapshot(Job& job, std::unique_lock<std::mutex>& lock);
   void TimerLoop();
 
   Options options_;

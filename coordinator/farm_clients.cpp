@@ -99,14 +99,19 @@ void Farm::Cancel(const JobId& id) {
   EndJob(*job, JobPhase::kCancelled, "");
 }
 
+void Farm::AwaitSnapshot(Job& job, std::unique_lock<std::mutex>& lock) {
+  if (!job.driving || job.progress.passes == 0) return;
+  job.snapshot_wanted = true;
+  const auto until = clock_.Now() + std::chrono::seconds(5);
+  while (job.snapshot_wanted && job.driving && !ending_ && clock_.Now() < until)
+    changed_.wait_for(lock, std::chrono::milliseconds(100));
+}
+
 std::shared_ptr<const Image> Farm::GetImage(const JobId& id) {
   std::unique_lock lock(mutex_);
   Job& job = Need(id);
-  if (job.driving) {
-    job.snapshot_wanted = true;
-    changed_.wait_for(lock, std::chrono::seconds(5), [&] { return !job.snapshot_wanted || !job.driving || ending_; });
-  }
-  if (job.driving || job.stored.image.empty()) {
+  AwaitSnapshot(job, lock);
+  if (job.stored.image.empty()) {
     if (job.image) return job.image;
     if (Ended(job.stored.phase)) {
       throw Error(ErrorKind::kConflict, id.value + " has no image: it ended before its first round was complete" +
@@ -125,10 +130,7 @@ std::shared_ptr<const Image> Farm::GetImage(const JobId& id) {
 std::string Farm::GetReport(const JobId& id) {
   std::unique_lock lock(mutex_);
   Job& job = Need(id);
-  if (job.driving) {
-    job.snapshot_wanted = true;
-    changed_.wait_for(lock, std::chrono::seconds(5), [&] { return !job.snapshot_wanted || !job.driving || ending_; });
-  }
+  AwaitSnapshot(job, lock);
   if (!job.stored.report.empty()) return job.stored.report;
   if (job.report.empty())
     throw Error(ErrorKind::kConflict, id.value + " has not rendered a round yet, so there is nothing to report");

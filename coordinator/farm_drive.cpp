@@ -92,17 +92,17 @@ void Farm::StoreResult(Job& job, const Loop& loop, JobPhase phase, const std::st
                         BlobStore::For::kResult);
   }
   CrashPoint("result-blob");
-  ContentHash checkpoint;
-  Persist(job, [&](StoredJob& stored) {
-    checkpoint = std::exchange(stored.checkpoint, {});
+  PersistEnd(job, [&](StoredJob& stored) {
     stored.image = image;
     stored.guide = guide;
     stored.report = report;
     stored.phase = phase;
     stored.error = error;
   });
-  CrashPoint("done-committed");
-  if (!checkpoint.empty()) blobs_->Drop(checkpoint);
+  // What was shown while it ran has served its turn.
+  std::lock_guard lock(mutex_);
+  job.image = nullptr;
+  job.report.clear();
 }
 
 void Farm::Drive(Job& job) {
