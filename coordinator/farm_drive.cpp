@@ -184,7 +184,7 @@ void Farm::Drive(Job& job) {
       std::lock_guard lock(mutex_);
       Changed(job, &deferred);
     }
-    loop->Run(executor, job.stop, hooks, clock_);
+    loop->Run(executor, job.stop, hooks, executor.clock());
     // Step 4: within a round that has to be left, the last checkpoint is the job's position.
     bool leaving = false;
     {
