@@ -12,6 +12,7 @@
 #include "coordinator/blob_store.h"
 #include "coordinator/checkpoint.h"
 #include "coordinator/job.h"
+#include "core/base/memory.h"
 
 namespace lodestar {
 
@@ -27,6 +28,8 @@ class Farm {
     uint32_t max_running = 4;
     size_t max_queued = 1000;
     int strikes = 3;  // workers a job may cost
+    // The films of one job may take half of it.
+    uint64_t memory_bytes = UsableMemory();
     BlobStore::Options blobs;
     const Clock* clock = &Clock::Steady();
     std::function<void(const std::string&)>
@@ -127,6 +130,9 @@ class Farm {
   // The same for a job that has ended with it: its checkpoint goes.
   void PersistEnd(Job& job, const std::function<void(StoredJob&)>& change);
   void EndJob(Job& job, JobPhase phase, const std::string& error);
+  // Throws what Loop's constructor would, and ExhaustedError for a picture that is too large for this coordinator's
+  // memory.
+  void CheckJob(const JobSpec& spec, const Survey& survey) const;
   // On other threads, without mutex_.
   void Load();
   void Drive(Job& job);

@@ -116,8 +116,10 @@ void Farm::Drive(Job& job) {
       std::lock_guard lock(mutex_);
       stored = job.stored;
     }
+    const Survey survey = Survey::Parse(stored.survey);
+    CheckJob(job.spec, survey);  // again: this start may have less memory than the last
     loop = Restored(*blobs_, stored, &resumed);
-    if (!loop) loop = std::make_unique<Loop>(job.spec, Survey::Parse(stored.survey));
+    if (!loop) loop = std::make_unique<Loop>(job.spec, survey);
     if (stored.phase != JobPhase::kRunning) Persist(job, [](StoredJob& stored) { stored.phase = JobPhase::kRunning; });
     // Step 2: checkpoints, at the pace of the options; written while workers render, not between rounds.
     CheckpointWriter writer;
@@ -147,7 +149,6 @@ void Farm::Drive(Job& job) {
     bool left = false;  // with the round under way in the last checkpoint
     Loop::Hooks hooks;
     if (!stored.reference.empty()) {
-      const Survey& survey = loop->survey();
       // Before it is read: an asset may be far larger than any picture of this job.
       if (std::filesystem::file_size(blobs_->PathOf(stored.reference)) !=
           ImageBytesSize(survey.resolution_x, survey.resolution_y))
