@@ -2,13 +2,15 @@
 
 #include <algorithm>
 
+#include "coordinator/crash_point.h"
 #include "coordinator/scheduler.h"
 #include "core/base/log.h"
 #include "rpc/status.h"
 
 namespace lodestar {
 
-Farm::Farm(Options options) : options_(std::move(options)), clock_(*options_.clock), store_(options_.store) {
+Farm::Farm(Options options)
+    : options_(std::move(options)), clock_(*options_.clock), store_(options_.store, options_.fatal) {
   blobs_ = std::make_unique<BlobStore>(options_.store / "blobs", store_, options_.blobs);
   Load();
   timer_ = std::thread([this] { TimerLoop(); });
@@ -187,14 +189,26 @@ void Farm::Persist(Job& job, const std::function<void(StoredJob&)>& change) {
     copy.log.clear();
     for (const auto& line : job.log) copy.log += (copy.log.empty() ? "" : "\n") + line;
   }
-  try {
-    store_.Update(copy);
-  } catch (const Error& error) {
-    if (error.kind() == ErrorKind::kConflict && options_.fatal) options_.fatal(error.what());
-    throw;
-  }
+  store_.Update(copy);
   std::lock_guard lock(mutex_);
   job.stored = std::move(copy);
+}
+
+void Farm::PersistEnd(Job& job, const std::function<void(StoredJob&)>& change) {
+  JobId id;
+  ContentHash checkpoint;
+  Persist(job, [&](StoredJob& stored) {
+    change(stored);
+    id = stored.id();
+    checkpoint = std::exchange(stored.checkpoint, {});
+  });
+  CrashPoint("done-committed");
+  if (checkpoint.empty()) return;
+  try {
+    blobs_->Drop(checkpoint);
+  } catch (const Error& error) {
+    spdlog::warn("{}: its last checkpoint is left to the next collection: {}", id.value, error.what());
+  }
 }
 
 void Farm::EndJob(Job& job, JobPhase phase, const std::string& error) {
@@ -204,7 +218,7 @@ void Farm::EndJob(Job& job, JobPhase phase, const std::string& error) {
     name = job.stored.id().value + " (" + job.stored.name + ")";
   }
   try {
-    Persist(job, [&](StoredJob& stored) {
+    PersistEnd(job, [&](StoredJob& stored) {
       stored.phase = phase;
       stored.error = error;
     });

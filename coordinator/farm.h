@@ -12,6 +12,7 @@
 #include "coordinator/blob_store.h"
 #include "coordinator/checkpoint.h"
 #include "coordinator/job.h"
+#include "core/base/memory.h"
 
 namespace lodestar {
 
@@ -27,9 +28,12 @@ class Farm {
     uint32_t max_running = 4;
     size_t max_queued = 1000;
     int strikes = 3;  // workers a job may cost
+    // The films of one job may take half of it.
+    uint64_t memory_bytes = UsableMemory();
     BlobStore::Options blobs;
     const Clock* clock = &Clock::Steady();
-    std::function<void(const std::string&)> fatal;  // this coordinator must end (another has taken over)
+    std::function<void(const std::string&)>
+        fatal;  // this coordinator must end (another has taken over); from any thread
   };
   explicit Farm(Options options);
   ~Farm();
@@ -127,7 +131,12 @@ class Farm {
   void Tick(Deferred* deferred);
   // Without mutex_ (takes job.persist, then mutex_): changes `stored` and writes it.
   void Persist(Job& job, const std::function<void(StoredJob&)>& change);
+  // The same for a job that has ended with it: its checkpoint goes.
+  void PersistEnd(Job& job, const std::function<void(StoredJob&)>& change);
   void EndJob(Job& job, JobPhase phase, const std::string& error);
+  // Throws what Loop's constructor would, and ExhaustedError for a picture that is too large for this coordinator's
+  // memory.
+  void CheckJob(const JobSpec& spec, const Survey& survey) const;
   // On other threads, without mutex_.
   void Load();
   void Drive(Job& job);
@@ -135,6 +144,9 @@ class Farm {
   void StoreResult(Job& job, const Loop& loop, JobPhase phase, const std::string& error);
   void StoreCheckpoint(Job& job, JobCheckpoint checkpoint);
   void Snapshot(Job& job, const Loop& loop);
+  // With mutex_ held by `lock`: until the driver has shown where a running job is, at most a few seconds. At once where
+  // there is nothing to show.
+  void AwaitSnapshot(Job& job, std::unique_lock<std::mutex>& lock);
   void TimerLoop();
 
   Options options_;

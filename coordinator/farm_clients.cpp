@@ -11,21 +11,32 @@
 namespace lodestar {
 namespace {
 
-// Refuses what is knowable without the scene: an unknown method or option, a budget without sense.
-void CheckSpec(const JobSpec& spec) {
-  Survey survey;  // of some scene
+// All that is knowable of a job's scene before it is surveyed.
+Survey SomeSurvey(const JobSpec& spec) {
+  Survey survey;
   survey.bounds = Bounds3{Vec3(-1, -1, -1), Vec3(1, 1, 1)};
   survey.resolution_x = spec.resolution_x ? spec.resolution_x : 16;
   survey.resolution_y = spec.resolution_y ? spec.resolution_y : 16;
   survey.max_depth = spec.max_depth ? spec.max_depth : 5;
-  (void)Loop(spec, survey);
+  return survey;
 }
 
 }  // namespace
 
+void Farm::CheckJob(const JobSpec& spec, const Survey& survey) const {
+  const uint64_t films = Loop::FilmBytes(spec, survey);
+  // The other half is for checkpoints, which copy them, and for other jobs.
+  if (films <= options_.memory_bytes / 2) return;
+  throw ExhaustedError("the films of a picture of " + std::to_string(survey.resolution_x) + "x" +
+                       std::to_string(survey.resolution_y) + " pixels take " + std::to_string(films >> 20) +
+                       " MiB, more than half of the " + std::to_string(options_.memory_bytes >> 20) +
+                       " MiB that the coordinator may use; try a smaller --resolution, 'lodestar render' on a machine "
+                       "with more memory, or give the coordinator more");
+}
+
 JobId Farm::Submit(const JobSubmission& submission) {
   submission.scene.Validate();
-  CheckSpec(submission.spec);
+  CheckJob(submission.spec, SomeSurvey(submission.spec));
   blobs_->CheckSpace(16 << 20);
   {
     std::lock_guard lock(mutex_);
@@ -99,14 +110,19 @@ void Farm::Cancel(const JobId& id) {
   EndJob(*job, JobPhase::kCancelled, "");
 }
 
+void Farm::AwaitSnapshot(Job& job, std::unique_lock<std::mutex>& lock) {
+  if (!job.driving || job.progress.passes == 0) return;
+  job.snapshot_wanted = true;
+  const auto until = clock_.Now() + std::chrono::seconds(5);
+  while (job.snapshot_wanted && job.driving && !ending_ && clock_.Now() < until)
+    changed_.wait_for(lock, std::chrono::milliseconds(100));
+}
+
 std::shared_ptr<const Image> Farm::GetImage(const JobId& id) {
   std::unique_lock lock(mutex_);
   Job& job = Need(id);
-  if (job.driving) {
-    job.snapshot_wanted = true;
-    changed_.wait_for(lock, std::chrono::seconds(5), [&] { return !job.snapshot_wanted || !job.driving || ending_; });
-  }
-  if (job.driving || job.stored.image.empty()) {
+  AwaitSnapshot(job, lock);
+  if (job.stored.image.empty()) {
     if (job.image) return job.image;
     if (Ended(job.stored.phase)) {
       throw Error(ErrorKind::kConflict, id.value + " has no image: it ended before its first round was complete" +
@@ -125,10 +141,7 @@ std::shared_ptr<const Image> Farm::GetImage(const JobId& id) {
 std::string Farm::GetReport(const JobId& id) {
   std::unique_lock lock(mutex_);
   Job& job = Need(id);
-  if (job.driving) {
-    job.snapshot_wanted = true;
-    changed_.wait_for(lock, std::chrono::seconds(5), [&] { return !job.snapshot_wanted || !job.driving || ending_; });
-  }
+  AwaitSnapshot(job, lock);
   if (!job.stored.report.empty()) return job.stored.report;
   if (job.report.empty())
     throw Error(ErrorKind::kConflict, id.value + " has not rendered a round yet, so there is nothing to report");

@@ -92,17 +92,17 @@ void Farm::StoreResult(Job& job, const Loop& loop, JobPhase phase, const std::st
                         BlobStore::For::kResult);
   }
   CrashPoint("result-blob");
-  ContentHash checkpoint;
-  Persist(job, [&](StoredJob& stored) {
-    checkpoint = std::exchange(stored.checkpoint, {});
+  PersistEnd(job, [&](StoredJob& stored) {
     stored.image = image;
     stored.guide = guide;
     stored.report = report;
     stored.phase = phase;
     stored.error = error;
   });
-  CrashPoint("done-committed");
-  if (!checkpoint.empty()) blobs_->Drop(checkpoint);
+  // What was shown while it ran has served its turn.
+  std::lock_guard lock(mutex_);
+  job.image = nullptr;
+  job.report.clear();
 }
 
 void Farm::Drive(Job& job) {
@@ -116,8 +116,10 @@ void Farm::Drive(Job& job) {
       std::lock_guard lock(mutex_);
       stored = job.stored;
     }
+    const Survey survey = Survey::Parse(stored.survey);
+    CheckJob(job.spec, survey);  // again: this start may have less memory than the last
     loop = Restored(*blobs_, stored, &resumed);
-    if (!loop) loop = std::make_unique<Loop>(job.spec, Survey::Parse(stored.survey));
+    if (!loop) loop = std::make_unique<Loop>(job.spec, survey);
     if (stored.phase != JobPhase::kRunning) Persist(job, [](StoredJob& stored) { stored.phase = JobPhase::kRunning; });
     // Step 2: checkpoints, at the pace of the options; written while workers render, not between rounds.
     CheckpointWriter writer;
@@ -147,7 +149,6 @@ void Farm::Drive(Job& job) {
     bool left = false;  // with the round under way in the last checkpoint
     Loop::Hooks hooks;
     if (!stored.reference.empty()) {
-      const Survey& survey = loop->survey();
       // Before it is read: an asset may be far larger than any picture of this job.
       if (std::filesystem::file_size(blobs_->PathOf(stored.reference)) !=
           ImageBytesSize(survey.resolution_x, survey.resolution_y))
@@ -184,7 +185,7 @@ void Farm::Drive(Job& job) {
       std::lock_guard lock(mutex_);
       Changed(job, &deferred);
     }
-    loop->Run(executor, job.stop, hooks, clock_);
+    loop->Run(executor, job.stop, hooks, executor.clock());
     // Step 4: within a round that has to be left, the last checkpoint is the job's position.
     bool leaving = false;
     {

@@ -11,9 +11,10 @@ Farm::FarmExecutor::FarmExecutor(Farm& farm, Job& job, const Loop& loop, JobChec
                                  std::function<void(const OpenRound*)> checkpoint)
     : farm_(farm),
       job_(job),
-      run_(std::make_shared<JobRun>(loop)),
+      run_(std::make_shared<JobRun>(loop, farm.clock_)),
       resumed_(std::move(resumed)),
       checkpoint_(std::move(checkpoint)) {
+  run_->busy.Begin();
   std::lock_guard lock(farm_.mutex_);
   job_.run = run_;
 }
@@ -48,7 +49,7 @@ void Farm::FarmExecutor::Publish(const std::shared_ptr<const State>& state) {
 
 std::shared_ptr<OpenRound> Farm::FarmExecutor::NewRound(const Round& round) const {
   return std::make_shared<OpenRound>(run_->state_hash, RoundReduction(*run_->method, run_->state, run_->grid, round),
-                                     round, farm_.options_.leases, farm_.clock_);
+                                     round, farm_.options_.leases, farm_.clock_, run_->busy);
 }
 
 // What the last checkpoint held of this round.
@@ -75,7 +76,13 @@ std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<co
     }
     Publish(state);
   }
-  // Step 2: the round, and the one that may follow it, are open; others are void.
+  // Step 2: the round, and the one that may follow it, are open; others are void. From here on it is workers who work.
+  struct Waiting {
+    explicit Waiting(BusyClock& of) : busy(of) { busy.End(); }
+    ~Waiting() { busy.Begin(); }
+    BusyClock& busy;
+  };
+  std::optional<Waiting> waiting;
   std::shared_ptr<OpenRound> current;
   const auto announced = std::exchange(announced_, std::nullopt);
   {
@@ -98,6 +105,7 @@ std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<co
     if (announced && !(next = find(*announced))) next = NewRound(*announced);
     run_->open = {current};
     if (next) run_->open.push_back(next);
+    waiting.emplace(run_->busy);
     farm_.Pump(&deferred);
   }
   // Step 3: until workers have covered it.
@@ -117,6 +125,7 @@ std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<co
     return std::nullopt;
   }
   std::erase(run_->open, current);
+  waiting.reset();
   lock.unlock();
   std::lock_guard merge(current->merge);
   return current->reduction.Take();

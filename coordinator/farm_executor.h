@@ -16,6 +16,8 @@ class Farm::FarmExecutor final : public Executor {
   ~FarmExecutor() override;
   std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
                                       const StopToken& stop) override;
+  // What the loop is to run by.
+  const Clock& clock() const { return run_->busy; }
   void Announce(const std::shared_ptr<const State>& state, const Round& next) override { announced_ = next; }
 
  private:

@@ -87,7 +87,7 @@ void Farm::SubmitSurvey(const SurveyResult& result) {
   Survey survey;
   try {
     survey = Survey::Parse(result.survey);
-    (void)Loop(job->spec, survey);
+    CheckJob(job->spec, survey);
   } catch (const Error& error) {
     return EndJob(*job, JobPhase::kFailed, error.what());
   }

@@ -20,8 +20,8 @@ namespace lodestar {
 // A round that is being leased out: what is merged of it, and who should work on the rest.
 struct OpenRound {
   OpenRound(const ContentHash& of, RoundReduction nothing_yet, const Round& r, const LeaseTable::Options& options,
-            const Clock& clock)
-      : round(r), state_hash(of), reduction(std::move(nothing_yet)), leases(r.unit_count, options, clock) {}
+            const Clock& clock, BusyClock& busy)
+      : round(r), state_hash(of), reduction(std::move(nothing_yet)), leases(r.unit_count, options, clock, busy) {}
   const Round round;
   const ContentHash state_hash;
   std::mutex merge;  // guards `reduction`; taken without the farm's mutex, so that merging blocks nobody
@@ -31,9 +31,11 @@ struct OpenRound {
 
 // What exists while a driver thread runs the job's loop.
 struct JobRun {
-  explicit JobRun(const Loop& loop) : method(MakeMethod(loop.job(), loop.survey())), grid(loop.grid()) {}
+  JobRun(const Loop& loop, const Clock& clock)
+      : method(MakeMethod(loop.job(), loop.survey())), grid(loop.grid()), busy(clock) {}
   const std::unique_ptr<Method> method;  // its own: a late contribution may outlive the loop
   const TileGrid grid;
+  BusyClock busy;  // while a lease is out or the loop itself works: waiting for workers costs a job none of its time
   std::shared_ptr<const State> state;
   ContentHash state_hash;
   std::shared_ptr<const Bytes> state_bytes;      // as they are sent

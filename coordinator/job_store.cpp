@@ -39,10 +39,8 @@ auto JobStore::Run(F&& f) -> decltype(f()) {
   return result.get();
 }
 
-JobStore::JobStore(const std::filesystem::path& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw Error(ErrorKind::kIo, "the store folder " + folder.string() + " cannot be made: " + error.message());
+JobStore::JobStore(const std::filesystem::path& folder, std::function<void(const std::string&)> fenced)
+    : lock_(folder), fenced_(std::move(fenced)) {
   Run([&] { Open(folder / "jobs.sqlite"); });
 }
 
@@ -77,9 +75,11 @@ void JobStore::Write(const std::function<void()>& body) {
     Statement epoch(*database_, "SELECT value FROM meta WHERE key = 'epoch'");
     epoch.Step();
     if (static_cast<uint64_t>(epoch.Integer(0)) != epoch_) {
-      throw Error(ErrorKind::kConflict, "another coordinator (epoch " + std::to_string(epoch.Integer(0)) +
-                                            ") has taken over this store from epoch " + std::to_string(epoch_) +
-                                            ": this one must end");
+      const std::string why = "another coordinator (epoch " + std::to_string(epoch.Integer(0)) +
+                              ") has taken over this store from epoch " + std::to_string(epoch_) +
+                              ": this one must end";
+      if (fenced_) fenced_(why);
+      throw Error(ErrorKind::kConflict, why);
     }
     body();
   });

@@ -1,7 +1,8 @@
 // What must survive the coordinator: jobs, and which blobs there are. SQLite, one connection, owned by one thread of
 // this class; every method may be called from any thread and blocks until its transaction is on disk.
 //
-// The store carries an epoch, raised by each coordinator that opens it. A transaction of an older epoch is refused with
+// A store has one coordinator: on this machine by a lock, taken before anything else. Across machines (a shared disk)
+// by an epoch, which each coordinator raises that opens the store: a transaction of an older epoch is refused with
 // Error(kConflict), so that a coordinator that was taken for dead cannot write beside its successor.
 #pragma once
 
@@ -11,6 +12,7 @@
 #include <set>
 
 #include "coordinator/sqlite.h"
+#include "coordinator/store_lock.h"
 #include "rpc/work_types.h"
 
 namespace lodestar {
@@ -35,8 +37,9 @@ struct StoredJob {
 class JobStore {
  public:
   static constexpr int kSchemaVersion = 3;
-  // Throws Error(kConflict) for a store of another schema version, (kCorrupt), (kIo).
-  explicit JobStore(const std::filesystem::path& folder);
+  // `fenced` is called with the reason, on the owning thread, before a transaction is refused for its epoch. Throws
+  // Error(kConflict) for a store that another holds or of another schema version, (kCorrupt), (kIo).
+  explicit JobStore(const std::filesystem::path& folder, std::function<void(const std::string&)> fenced = {});
   ~JobStore();
 
   uint64_t epoch() const { return epoch_; }
@@ -63,6 +66,8 @@ class JobStore {
   template <class F>
   auto Run(F&& f) -> decltype(f());
 
+  const StoreLock lock_;
+  const std::function<void(const std::string&)> fenced_;
   std::unique_ptr<Database> database_;
   uint64_t epoch_ = 0;
   boost::asio::thread_pool thread_{1};

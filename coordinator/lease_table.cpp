@@ -8,9 +8,13 @@
 
 namespace lodestar {
 
-LeaseTable::LeaseTable(uint32_t unit_count, const Options& options, const Clock& clock)
-    : options_(options), clock_(clock), units_(unit_count), uncovered_(unit_count), free_(unit_count) {
+LeaseTable::LeaseTable(uint32_t unit_count, const Options& options, const Clock& clock, BusyClock& busy)
+    : options_(options), clock_(clock), busy_(busy), units_(unit_count), uncovered_(unit_count), free_(unit_count) {
   LODESTAR_CHECK(unit_count > 0);
+}
+
+LeaseTable::~LeaseTable() {
+  for (size_t i = 0; i < leases_.size(); ++i) busy_.End();
 }
 
 LeaseEntry LeaseTable::Add(LeaseId id, const WorkerId& worker, TreeNode node, bool copy) {
@@ -21,11 +25,13 @@ LeaseEntry LeaseTable::Add(LeaseId id, const WorkerId& worker, TreeNode node, bo
     ++leased_units_;
   }
   LODESTAR_CHECK(leases_.emplace(id, lease).second);
+  busy_.Begin();
   return lease;
 }
 
 // The units go back, except those that are covered; the entry itself is erased by the caller.
 void LeaseTable::Remove(const LeaseEntry& lease) {
+  busy_.End();
   for (uint32_t u = lease.node.first(); u < lease.node.end(unit_count()); ++u) {
     --units_[u].holders;
     --leased_units_;

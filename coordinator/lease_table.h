@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "coordinator/busy_clock.h"
 #include "core/base/clock.h"
 #include "core/learning/round.h"
 #include "rpc/types.h"
@@ -36,7 +37,11 @@ class LeaseTable {
     Clock::Duration straggler_grace = std::chrono::milliseconds(250), unknown_grace = std::chrono::seconds(2);
     uint32_t max_copies = 2;  // of one unit, the first included
   };
-  LeaseTable(uint32_t unit_count, const Options& options, const Clock& clock);
+  // `busy` runs while a lease is out. Both clocks live longer.
+  LeaseTable(uint32_t unit_count, const Options& options, const Clock& clock, BusyClock& busy);
+  ~LeaseTable();
+  LeaseTable(const LeaseTable&) = delete;
+  LeaseTable& operator=(const LeaseTable&) = delete;
 
   // The lowest free aligned block of at most `max_units`.
   std::optional<LeaseEntry> Grant(LeaseId id, const WorkerId& worker, uint32_t max_units);
@@ -70,6 +75,7 @@ class LeaseTable {
 
   Options options_;
   const Clock& clock_;
+  BusyClock& busy_;
   std::vector<Unit> units_;
   uint32_t uncovered_, free_;
   uint32_t lowest_free_ = 0;

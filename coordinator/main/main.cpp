@@ -23,7 +23,7 @@ constexpr const char* kFooter = R"(Examples:
 It runs until SIGTERM or SIGINT, then stores the position of its jobs; killed in any other way it resumes from the last checkpoint, and the
 images are the same to the bit.
 
-Exit codes: 0 ended by a signal, 1 an error (port taken, store unreadable, disk), 2 wrong usage, 4 another coordinator has taken over the store.
+Exit codes: 0 ended by a signal, 1 an error (port taken, store unreadable or held by another, disk), 2 wrong usage, 4 another coordinator has taken over the store.
 LODESTAR_LOG=debug|info|warn|error sets how much is logged, to standard error.)";
 
 void WritePortFile(const std::string& file, int port) {
@@ -90,6 +90,7 @@ int main(int argc, char** argv) {
     // TBB knows the machine's cores, not what a control group leaves of them.
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<size_t>(lodestar::UsableThreads()));
+    lodestar::Server::CheckAddress(server_options);  // before the store is opened
     lodestar::Farm farm(farm_options);
     lodestar::Server server(farm, server_options);
     spdlog::info("ready on {}, store {}, epoch {}", server.address(), store, farm.epoch());

@@ -17,6 +17,12 @@ bool IsLoopback(const std::string& host) {
   return host.starts_with("127.") && host.find_first_not_of("0123456789.") == std::string::npos;
 }
 
+std::string HostOf(const std::string& listen) {
+  const auto colon = listen.rfind(':');
+  if (colon == std::string::npos) throw Error(ErrorKind::kInvalidInput, "'" + listen + "' is not HOST:PORT");
+  return listen.substr(0, colon);
+}
+
 }  // namespace
 
 struct Server::Impl {
@@ -30,16 +36,18 @@ struct Server::Impl {
   std::string address;
 };
 
-Server::Server(Farm& farm, const Options& options) : impl_(std::make_unique<Impl>(farm)) {
-  const auto colon = options.listen.rfind(':');
-  if (colon == std::string::npos) throw Error(ErrorKind::kInvalidInput, "'" + options.listen + "' is not HOST:PORT");
-  const std::string host = options.listen.substr(0, colon);
+void Server::CheckAddress(const Options& options) {
+  const std::string host = HostOf(options.listen);
   if (!IsLoopback(host) && !options.insecure) {
     throw Error(ErrorKind::kInvalidInput,
                 "listening on '" + host +
                     "' would let anyone who reaches this machine submit jobs and results, without encryption; " +
                     "listen on 127.0.0.1, or say --insecure on a network that you trust");
   }
+}
+
+Server::Server(Farm& farm, const Options& options) : impl_(std::make_unique<Impl>(farm)) {
+  CheckAddress(options);
   grpc::ServerBuilder builder;
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &impl_->port);
   builder.RegisterService(impl_->farm_service.get());
@@ -56,7 +64,7 @@ Server::Server(Farm& farm, const Options& options) : impl_(std::make_unique<Impl
   if (!impl_->server || impl_->port == 0)
     throw Error(ErrorKind::kIo,
                 options.listen + " cannot be listened on: is the port taken, or the address not this machine's?");
-  impl_->address = host + ":" + std::to_string(impl_->port);
+  impl_->address = HostOf(options.listen) + ":" + std::to_string(impl_->port);
 }
 
 Server::~Server() {

@@ -71,6 +71,8 @@ class Film {
   uint64_t passes() const { return passes_; }
   uint32_t width() const { return width_; }
   uint32_t height() const { return height_; }
+  // Of memory.
+  static uint64_t Bytes(const TileGrid& grid) { return uint64_t{grid.width()} * grid.height() * sizeof(Sum); }
 
   Image Develop() const;
   // Mean over pixels of the variance of the pixel mean, each pixel's clamped to `clamp` times the median of those above

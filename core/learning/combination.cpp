@@ -15,6 +15,8 @@ namespace {
 
 using Combination = Method::Combination;
 
+constexpr size_t kApart = 2;  // films of the last candidate, beside the one that holds its earlier ones
+
 // Each film as a picture. A film of one pass cannot tell its own variance; the mean of the n passes of the others can:
 // the square of what lies between the two has the mean v + w / n, of which n / (n + 1) is v where passes are alike. All
 // variances stay 0 where there is one pass in all.
@@ -175,6 +177,11 @@ CombinedFilms Combine(std::span<const IterationFilm> films, Combination combinat
   return result;
 }
 
+size_t MostFilms(Combination combination) {
+  const size_t left = combination == Combination::kInverseVariance ? 1 + kApart : 1;
+  return left + 1;
+}
+
 void MakeRoom(std::vector<IterationFilm>* films, Combination combination, std::span<const double> weights) {
   LODESTAR_CHECK(weights.size() == films->size());
   if (films->empty()) return;
@@ -186,7 +193,6 @@ void MakeRoom(std::vector<IterationFilm>* films, Combination combination, std::s
   for (size_t i = 0; i < films->size(); ++i) {
     if ((*films)[i].candidate == films->back().candidate) own.push_back(i);
   }
-  constexpr size_t kApart = 2;
   if (own.size() <= 1 + kApart) return;
   const size_t a = own[0], b = own[1];
   std::vector<Image> images = DevelopAll(*films);

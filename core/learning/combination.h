@@ -34,4 +34,8 @@ CombinedFilms Combine(std::span<const IterationFilm> films, Method::Combination 
 //   candidate, however many iterations it has.
 void MakeRoom(std::vector<IterationFilm>* films, Method::Combination combination, std::span<const double> weights);
 
+// The most films that iterations of one candidate have at a time: those that MakeRoom leaves, and the one that is being
+// rendered.
+size_t MostFilms(Method::Combination combination);
+
 }  // namespace lodestar

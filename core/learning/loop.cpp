@@ -65,6 +65,14 @@ Loop::Loop(const JobSpec& job, const Survey& survey, const MethodFactory& make_m
   BeginIteration();
 }
 
+uint64_t Loop::FilmBytes(const JobSpec& job, const Survey& survey) {
+  job.budget.Check();
+  const TileGrid grid = CheckedGrid(survey);
+  const std::unique_ptr<Method> method = MakeMethod(job, survey);
+  const bool trains = method->IterationPasses(*method->Initial(), 0) > 0;
+  return Film::Bytes(grid) * (trains ? MostFilms(method->combination()) : 1);
+}
+
 void Loop::Run(Executor& executor, const StopToken& stop, const Hooks& hooks, const Clock& clock) {
   const Image* reference = hooks.reference.get();
   if (reference != nullptr) Compare(Develop(), *reference);  // throws where it can never be compared

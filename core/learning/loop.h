@@ -87,12 +87,15 @@ class Loop {
 
   // Throws Error(kInvalidInput) for budgets, resolutions, methods and options that make no sense.
   Loop(const JobSpec& job, const Survey& survey, const MethodFactory& make_method = MakeMethod);
+  // Bytes of the films that a loop of this job may hold at a time (of one candidate, where its method tries several).
+  // Throws as the constructor does, and takes none of that memory.
+  static uint64_t FilmBytes(const JobSpec& job, const Survey& survey);
   // From Checkpoint(); throws Error(kCorrupt) or (kConflict) on bytes of another version.
   static std::unique_ptr<Loop> Restore(std::string_view checkpoint, const MethodFactory& make_method = MakeMethod);
 
   // Runs to the budget or to a stop request (which leaves the loop at the last round's edge; Run() again goes on from
-  // there). Time is the executor's, merging and advancing included, hooks and error measurement not. What the executor
-  // or a hook throws passes through, with the loop at the last edge.
+  // there). Time is the executor's by `clock`, merging and advancing included, hooks and error measurement not. What
+  // the executor or a hook throws passes through, with the loop at the last edge.
   void Run(Executor& executor, const StopToken& stop, const Hooks& hooks, const Clock& clock = Clock::Steady());
 
   Image Develop() const;  // the image so far; black before the first round

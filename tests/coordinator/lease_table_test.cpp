@@ -15,13 +15,14 @@ const WorkerId kAnn{"ann"}, kBob{"bob"}, kCid{"cid"};
 
 struct LeaseTableTest : testing::Test {
   ManualClock clock;
+  BusyClock busy{clock};
   LeaseTable::Options options;
   uint64_t last = 0;
   LeaseId Next() { return {++last}; }
 };
 
 TEST_F(LeaseTableTest, GrantsAlignedBlocksFromBelow) {
-  LeaseTable table(20, options, clock);
+  LeaseTable table(20, options, clock, busy);
   const auto a = table.Grant(Next(), kAnn, 8);
   ASSERT_TRUE(a);
   EXPECT_EQ(a->node, (TreeNode{3, 0}));
@@ -34,7 +35,7 @@ TEST_F(LeaseTableTest, GrantsAlignedBlocksFromBelow) {
 }
 
 TEST_F(LeaseTableTest, ExpiryFreesAndRenewalKeeps) {
-  LeaseTable table(8, options, clock);
+  LeaseTable table(8, options, clock, busy);
   const auto a = table.Grant(Next(), kAnn, 4), b = table.Grant(Next(), kBob, 4);
   clock.Advance(seconds(6));
   EXPECT_TRUE(table.Renew(a->id, kAnn));
@@ -48,7 +49,7 @@ TEST_F(LeaseTableTest, ExpiryFreesAndRenewalKeeps) {
 }
 
 TEST_F(LeaseTableTest, CommitsVoidWhatTheyCover) {
-  LeaseTable table(8, options, clock);
+  LeaseTable table(8, options, clock, busy);
   const auto a = table.Grant(Next(), kAnn, 2), b = table.Grant(Next(), kBob, 2);
   EXPECT_TRUE(table.Commit({2, 0}).size() == 2) << "an ancestor covers both";
   EXPECT_TRUE(table.Covered(a->node) && table.Covered(b->node));
@@ -61,7 +62,7 @@ TEST_F(LeaseTableTest, CommitsVoidWhatTheyCover) {
 }
 
 TEST_F(LeaseTableTest, LateResultsCountWithoutALease) {
-  LeaseTable table(4, options, clock);
+  LeaseTable table(4, options, clock, busy);
   const auto a = table.Grant(Next(), kAnn, 4);
   clock.Advance(seconds(11));
   table.Expire();
@@ -74,7 +75,7 @@ TEST_F(LeaseTableTest, LateResultsCountWithoutALease) {
 
 TEST_F(LeaseTableTest, ByteBudgetHoldsResultsBack) {
   options.byte_budget = 1000;
-  LeaseTable table(64, options, clock);
+  LeaseTable table(64, options, clock, busy);
   table.set_bytes_per_unit(150);
   EXPECT_TRUE(table.Grant(Next(), kAnn, 4));
   EXPECT_TRUE(table.Grant(Next(), kAnn, 4));
@@ -82,13 +83,13 @@ TEST_F(LeaseTableTest, ByteBudgetHoldsResultsBack) {
   table.Commit({2, 0});
   EXPECT_TRUE(table.Grant(Next(), kBob, 4));
   // One lease always goes out, whatever it weighs.
-  LeaseTable heavy(4, options, clock);
+  LeaseTable heavy(4, options, clock, busy);
   heavy.set_bytes_per_unit(1e9);
   EXPECT_TRUE(heavy.Grant(Next(), kAnn, 1));
 }
 
 TEST_F(LeaseTableTest, StragglersAreSplitAndDoubled) {
-  LeaseTable table(8, options, clock);
+  LeaseTable table(8, options, clock, busy);
   const auto a = table.Grant(Next(), kAnn, 8);
   ASSERT_EQ(a->node, (TreeNode{3, 0}));
   // Expected: 8 units of 0.1 s. Not a straggler before three times that and the grace.
@@ -110,7 +111,7 @@ TEST_F(LeaseTableTest, RandomHistoriesEndCompleteAndConsistent) {
   for (uint32_t seed = 0; seed < 50; ++seed) {
     std::mt19937 random(seed);
     const uint32_t count = 1 + random() % 200;
-    LeaseTable table(count, options, clock);
+    LeaseTable table(count, options, clock, busy);
     std::vector<bool> covered(count, false);
     const WorkerId workers[] = {kAnn, kBob, kCid};
     int steps = 0;
@@ -152,7 +153,7 @@ TEST_F(LeaseTableTest, RandomHistoriesEndCompleteAndConsistent) {
 
 // Who gathers several leases before he delivers is not late while all of them together are not.
 TEST_F(LeaseTableTest, WhatAWorkerHoldsIsExpectedTogether) {
-  LeaseTable table(16, options, clock);
+  LeaseTable table(16, options, clock, busy);
   const auto first = table.Grant(Next(), kAnn, 8);
   clock.Advance(milliseconds(800));
   const auto second = table.Grant(Next(), kAnn, 8);
@@ -162,6 +163,32 @@ TEST_F(LeaseTableTest, WhatAWorkerHoldsIsExpectedTogether) {
   const auto copy = table.GrantCopy(Next(), kBob, 0.1);
   ASSERT_TRUE(copy);
   EXPECT_EQ(copy->node, second->node.Child(1)) << "what is likely to be done last";
+}
+
+TEST_F(LeaseTableTest, BusyWhileALeaseIsOut) {
+  const auto passes = [&](bool counted) {
+    const auto before = busy.Now();
+    clock.Advance(seconds(1));
+    return busy.Now() - before == (counted ? seconds(1) : seconds(0));
+  };
+  EXPECT_TRUE(passes(false));
+  {
+    LeaseTable table(8, options, clock, busy), next(8, options, clock, busy);
+    EXPECT_TRUE(passes(false));
+    const auto a = table.Grant(Next(), kAnn, 2), b = table.Grant(Next(), kBob, 2);
+    EXPECT_TRUE(passes(true)) << "and two count once";
+    table.Release(a->id);
+    EXPECT_TRUE(passes(true));
+    table.Commit(b->node);
+    EXPECT_TRUE(passes(false));
+    ASSERT_TRUE(next.Grant(Next(), kCid, 2));
+    clock.Advance(options.duration);
+    EXPECT_EQ(next.Expire().size(), 1u);
+    EXPECT_TRUE(passes(false)) << "its worker is lost";
+    ASSERT_TRUE(next.Grant(Next(), kCid, 2));
+    EXPECT_TRUE(passes(true));
+  }
+  EXPECT_TRUE(passes(false)) << "the round is over";
 }
 
 TEST(LeaseUnits, ShareARoundAndShrinkTowardItsEnd) {

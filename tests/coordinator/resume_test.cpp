@@ -67,6 +67,7 @@ TEST_P(Resume, CheckpointedPartsAreNotRenderedAgain) {
     client.reset();
     server.reset();
     old = std::move(farm);
+    std::filesystem::remove(options.store / "lock");  // a crash would have given it up
   }
   Start();
   HandWorker worker(server->address(), box, spec);

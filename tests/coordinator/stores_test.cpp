@@ -103,12 +103,27 @@ TEST_F(StoreTest, AnotherVersionIsRefused) {
   EXPECT_EQ(KindOf([&] { JobStore store(folder.path()); }), ErrorKind::kCorrupt);
 }
 
+TEST_F(StoreTest, AStoreHasOneCoordinator) {
+  {
+    JobStore first(folder.path());
+    EXPECT_EQ(KindOf([&] { JobStore second(folder.path()); }), ErrorKind::kConflict);
+    EXPECT_NE(last.find(folder.path().string()), std::string::npos) << last;
+    first.AddBlob(Sha256("x"), 1, now);  // not fenced by the one that was refused
+  }
+  EXPECT_EQ(JobStore(folder.path()).epoch(), 2u);
+}
+
 TEST_F(StoreTest, AnOldEpochIsFenced) {
-  JobStore old(folder.path());
+  int fenced = 0;
+  JobStore old(folder.path(), [&](const std::string&) { ++fenced; });
   BlobStore blobs(folder.path() / "blobs", old, BlobOptions());
   const auto description = blobs.Put("x");
+  std::filesystem::remove(folder.path() / "lock");  // another machine's coordinator sees no lock of this one's
   JobStore young(folder.path());
   EXPECT_EQ(KindOf([&] { old.Insert(NewJob("a", description), {description}); }), ErrorKind::kConflict);
+  EXPECT_EQ(fenced, 1);
+  EXPECT_EQ(KindOf([&] { old.HaveBlobs({description}, now); }), ErrorKind::kConflict);
+  EXPECT_EQ(fenced, 2) << "not only where a job is written";
   EXPECT_EQ(young.Insert(NewJob("a", description), {description}).number, 1);
 }
 

@@ -153,21 +153,44 @@ TEST_F(FarmFailure, CancelStopsQuicklyAndKeepsTheImage) {
   EXPECT_EQ(Finish(next).phase, JobPhase::kDone) << "the worker is free again";
 }
 
-TEST_F(FarmFailure, ASecondCoordinatorTakesTheStoreOver) {
+TEST_F(FarmFailure, ASecondCoordinatorOfAStoreIsRefused) {
   StartCoordinator();
+  StartWorker();
+  const auto spec = BoxJob("sdtree", 256);
+  const auto id = SubmitBox(spec);
+  WaitForPasses(id, 2);
+  const auto store = folder_.path() / "store";
+  for (const int port : {0, port_}) {
+    Process second({LODESTAR_BINARY_DIR "/bin/lodestar-coordinator", "--listen", "127.0.0.1:" + std::to_string(port),
+                    "--store", store.string()},
+                   folder_.path() / "coordinator.log");
+    EXPECT_EQ(second.Wait(seconds(10)), 1) << port;
+  }
+  EXPECT_NE(Log().find("another coordinator of this machine holds the store " + store.string()), std::string::npos);
+  ExpectSame(id, spec);
+  EXPECT_TRUE(coordinator_.running());
+}
+
+TEST_F(FarmFailure, AWrongAddressLeavesTheStoreAlone) {
+  const auto store = folder_.path() / "store";
+  Process refused({LODESTAR_BINARY_DIR "/bin/lodestar-coordinator", "--listen", "nowhere", "--store", store.string()},
+                  folder_.path() / "coordinator.log");
+  EXPECT_EQ(refused.Wait(seconds(10)), 1);
+  EXPECT_FALSE(std::filesystem::exists(store));
+}
+
+TEST_F(FarmFailure, ACoordinatorWhoseStoreIsTakenOverEndsByItself) {
+  StartCoordinator({}, {"--checkpoint", "0.1"});
   StartWorker();
   const auto id = SubmitBox(BoxJob("path", 1000000));
   WaitForPasses(id, 2);
-  // Another on the same store, on another port: the old one is fenced and ends by itself.
+  // Another machine's coordinator sees no lock of this one's: the old one is fenced, and its next checkpoint tells it.
   Process old = std::move(coordinator_);
   const int old_port = std::exchange(port_, 0);
   client_ = nullptr;
+  std::filesystem::remove(folder_.path() / "store" / "lock");
   StartCoordinator();
   EXPECT_NE(port_, old_port);
-  try {
-    FarmClient("127.0.0.1:" + std::to_string(old_port), FarmClient::Options{0}).Cancel(id);  // makes it write
-  } catch (const Error&) {
-  }
   EXPECT_EQ(old.Wait(seconds(20)), 4);
 }
 
