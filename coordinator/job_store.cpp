@@ -29,6 +29,13 @@ constexpr const char* kSchema = R"(
   CREATE INDEX needs_by_hash ON needs(hash);
 )";
 
+const std::filesystem::path& MadeFolder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw Error(ErrorKind::kIo, "the store folder " + folder.string() + " cannot be made: " + error.message());
+  return folder;
+}
+
 }  // namespace
 
 template <class F>
@@ -40,7 +47,11 @@ auto JobStore::Run(F&& f) -> decltype(f()) {
 }
 
 JobStore::JobStore(const std::filesystem::path& folder, std::function<void(const std::string&)> fenced)
-    : lock_(folder), fenced_(std::move(fenced)) {
+    : lock_(MadeFolder(folder) / "lock", FileLock::Mode::kTry, "--store"), fenced_(std::move(fenced)) {
+  if (!lock_.held()) {
+    throw Error(ErrorKind::kConflict, "another coordinator of this machine holds the store " + folder.string() +
+                                          ": stop it first, or take another --store");
+  }
   Run([&] { Open(folder / "jobs.sqlite"); });
 }
 

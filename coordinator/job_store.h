@@ -12,7 +12,7 @@
 #include <set>
 
 #include "coordinator/sqlite.h"
-#include "coordinator/store_lock.h"
+#include "core/base/file_lock.h"
 #include "rpc/work_types.h"
 
 namespace lodestar {
@@ -66,7 +66,7 @@ class JobStore {
   template <class F>
   auto Run(F&& f) -> decltype(f());
 
-  const StoreLock lock_;
+  const FileLock lock_;  // a store has one coordinator on this machine
   const std::function<void(const std::string&)> fenced_;
   std::unique_ptr<Database> database_;
   uint64_t epoch_ = 0;

@@ -1,8 +1,6 @@
 #include "worker/asset_cache.h"
 
-#include <fcntl.h>
 #include <stdlib.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,34 +15,6 @@
 namespace lodestar {
 namespace fs = std::filesystem;
 
-// flock: it goes with the process however that ends, and holds between containers that share the folder, where process
-// ids say nothing. Of a file and not of its folder, which network file systems do not lock.
-class AssetCache::Lock {
- public:
-  enum Mode { kWait = 0, kTry = LOCK_NB };
-  // Throws Error(kIo) where it cannot be asked for.
-  Lock(const fs::path& file, Mode mode) : file_(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
-    int failed = file_ < 0 ? errno : 0;
-    while (failed == 0 && !held_) {
-      held_ = flock(file_, LOCK_EX | mode) == 0;
-      if (!held_ && errno == EWOULDBLOCK) return;
-      if (!held_ && errno != EINTR) failed = errno;
-    }
-    if (failed == 0) return;
-    if (file_ >= 0) close(file_);
-    throw Error(ErrorKind::kIo, file.string() + " cannot be locked: " + std::strerror(failed) +
-                                    "; choose a folder on a local disk with --cache");
-  }
-  ~Lock() { close(file_); }
-  Lock(const Lock&) = delete;
-  Lock& operator=(const Lock&) = delete;
-  bool held() const { return held_; }
-
- private:
-  const int file_;
-  bool held_ = false;
-};
-
 AssetCache::AssetCache(const fs::path& folder, uint64_t limit_bytes)
     : folder_(fs::absolute(folder)), limit_bytes_(limit_bytes) {
   std::error_code error;
@@ -55,13 +25,13 @@ AssetCache::AssetCache(const fs::path& folder, uint64_t limit_bytes)
                                       " cannot be made: " + error.message() + "; choose another with --cache");
   }
   // One at a time, or a worker would take for left behind what another has made and not locked yet.
-  const Lock alone(folder_ / "lock", Lock::kWait);
+  const FileLock alone(folder_ / "lock", FileLock::Mode::kWait, "--cache");
   for (const auto& entry : fs::directory_iterator(folder_ / "workers", error))
-    if (Lock(entry.path() / "lock", Lock::kTry).held()) fs::remove_all(entry.path(), error);
+    if (FileLock(entry.path() / "lock", FileLock::Mode::kTry, "--cache").held()) fs::remove_all(entry.path(), error);
   std::string own = (folder_ / "workers" / "XXXXXX").string();
   if (!mkdtemp(own.data())) throw Error(ErrorKind::kIo, own + " cannot be made: " + std::strerror(errno));
   own_ = own;
-  own_lock_ = std::make_unique<Lock>(own_ / "lock", Lock::kWait);
+  own_lock_ = std::make_unique<FileLock>(own_ / "lock", FileLock::Mode::kWait, "--cache");
 }
 
 AssetCache::~AssetCache() {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 
+#include "core/base/file_lock.h"
 #include "rpc/types.h"
 
 namespace lodestar {
@@ -29,11 +30,10 @@ class AssetCache {
   void Link(const ContentHash& hash, const std::filesystem::path& to, const Fetch& fetch);
   void Evict();
 
-  class Lock;
   const std::filesystem::path folder_;
   const uint64_t limit_bytes_;
   std::filesystem::path own_;  // scenes and files on their way, in a folder that no other worker has
-  std::unique_ptr<Lock> own_lock_;
+  std::unique_ptr<FileLock> own_lock_;
   std::mutex mutex_;
   uint64_t last_ = 0;
 };
