@@ -183,6 +183,7 @@ void Farm::Drive(Job& job) {
     {
       Deferred deferred;
       std::lock_guard lock(mutex_);
+      if (loop->passes() == 0) job.progress = {};  // of a position that could not be restored
       Changed(job, &deferred);
     }
     loop->Run(executor, job.stop, hooks, executor.clock());

@@ -1,4 +1,5 @@
 // What an ended job leaves behind, and what one that has not begun does not keep anybody waiting for.
+#include <fstream>
 #include <future>
 
 #include "tests/coordinator/hand_worker.h"
@@ -47,6 +48,29 @@ TEST_F(JobEnd, NoCheckpointStaysOfAJobThatEndsWithoutAnImage) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(options.store / "blobs"))
     blobs += entry.is_regular_file();
   EXPECT_EQ(blobs, 1 + box.files.size());
+}
+
+// Else its picture would be shown, which is black.
+TEST_F(JobEnd, AJobThatBeginsAgainHasNoProgress) {
+  const auto spec = BoxJob("sdtree", 64);
+  const auto id = SubmitBox(spec);
+  {
+    HandWorker worker(server->address(), box, spec);
+    Survey(worker);
+    while (client->GetJob(id).passes == 0) {
+      const auto unit = worker.Lease();
+      ASSERT_TRUE(unit && unit->render);
+      ASSERT_EQ(worker.Render(*unit), ContributionOutcome::kCommitted);
+    }
+  }
+  End();
+  const std::string hash = StoredCheckpoint();
+  ASSERT_NE(hash, "");
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(options.store / "blobs"))
+    if (entry.path().filename() == hash) std::ofstream(entry.path()) << "not a checkpoint";
+  Start();
+  ASSERT_TRUE(Eventually(seconds(10), [&] { return client->GetJob(id).passes == 0; }));
+  EXPECT_EQ(client->GetJob(id).phase, JobPhase::kRunning);
 }
 
 TEST_F(JobEnd, PicturesShownWhileAJobRanAreNotKept) {
