@@ -99,7 +99,7 @@ Farm::Worker& Farm::NeedWorker(const WorkerId& id) {
 
 uint32_t Farm::LiveWorkers(const std::string& fingerprint) const {
   uint32_t count = 0;
-  for (const auto& [id, worker] : workers_) count += fingerprint.empty() || worker.info.Fingerprint() == fingerprint;
+  for (const auto& [id, worker] : workers_) count += fingerprint.empty() || worker.fingerprint == fingerprint;
   return count;
 }
 
@@ -109,7 +109,7 @@ bool Farm::LeftToOthers(const Job& job, const WorkerId& worker) const {
   if (!job.gave_back.contains(worker)) return false;
   return std::any_of(workers_.begin(), workers_.end(), [&](const auto& other) {
     return !job.gave_back.contains(other.first) &&
-           (job.stored.fingerprint.empty() || other.second.info.Fingerprint() == job.stored.fingerprint);
+           (job.stored.fingerprint.empty() || other.second.fingerprint == job.stored.fingerprint);
   });
 }
 

@@ -186,7 +186,7 @@ std::vector<WorkerStatus> Farm::Workers() const {
     s.id = id;
     s.name = worker.info.name;
     s.threads = worker.info.threads;
-    s.fingerprint = worker.info.Fingerprint();
+    s.fingerprint = worker.fingerprint;
     s.leases = leases[id];
     s.units = worker.units;
     s.units_per_second = worker.seconds > 0 ? static_cast<double>(worker.units) / worker.seconds : 0;

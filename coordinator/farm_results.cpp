@@ -75,7 +75,7 @@ void Farm::SubmitSurvey(const SurveyResult& result) {
   {
     std::lock_guard lock(mutex_);
     Worker& worker = NeedWorker(result.worker);
-    fingerprint = worker.info.Fingerprint();
+    fingerprint = worker.fingerprint;
     job = &Need(result.job);
     job->surveys.erase(result.lease);
     if (job->stored.phase != JobPhase::kQueued || !job->stored.survey.empty() || job->cancelled)

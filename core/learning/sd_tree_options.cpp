@@ -54,8 +54,7 @@ MethodEntry SdTreeMethod::Entry() {
            "next event estimation; kickstart: in the first three iterations only; learned: at the share of the "
            "vertices "
            "that lowers variance times cost most, found per leaf. Points, spots, distant and invisible lights are "
-           "always "
-           "sampled. Default learned (recommended); 2017 never, 2019 kickstart"},
+           "always sampled. Default learned (recommended); 2017 never, 2019 kickstart"},
           {"lights", "power | learned", preset,
            "which lights are sampled: by power; or by what arrives from them, in up to 32 groups, learned per leaf. "
            "Default learned (recommended), papers power"},
