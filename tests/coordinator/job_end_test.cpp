@@ -27,6 +27,15 @@ struct JobEnd : InProcessFarm {
     ASSERT_TRUE(unit && !unit->render);
     worker.Survey(*unit);
   }
+  // Until the job has a round.
+  void FirstRound(HandWorker& worker, const JobId& id) {
+    Survey(worker);
+    while (client->GetJob(id).passes == 0) {
+      const auto unit = worker.Lease();
+      ASSERT_TRUE(unit && unit->render);
+      ASSERT_EQ(worker.Render(*unit), ContributionOutcome::kCommitted);
+    }
+  }
 };
 
 TEST_F(JobEnd, NoCheckpointStaysOfAJobThatEndsWithoutAnImage) {
@@ -56,12 +65,7 @@ TEST_F(JobEnd, AJobThatBeginsAgainHasNoProgress) {
   const auto id = SubmitBox(spec);
   {
     HandWorker worker(server->address(), box, spec);
-    Survey(worker);
-    while (client->GetJob(id).passes == 0) {
-      const auto unit = worker.Lease();
-      ASSERT_TRUE(unit && unit->render);
-      ASSERT_EQ(worker.Render(*unit), ContributionOutcome::kCommitted);
-    }
+    FirstRound(worker, id);
   }
   End();
   const std::string hash = StoredCheckpoint();
@@ -77,12 +81,7 @@ TEST_F(JobEnd, PicturesShownWhileAJobRanAreNotKept) {
   const auto spec = BoxJob("path", 1000000);
   const auto id = SubmitBox(spec);
   HandWorker worker(server->address(), box, spec);
-  Survey(worker);
-  while (client->GetJob(id).passes == 0) {
-    const auto unit = worker.Lease();
-    ASSERT_TRUE(unit && unit->render);
-    worker.Render(*unit);
-  }
+  FirstRound(worker, id);
   const std::weak_ptr<const Image> shown = farm->GetImage(id);
   EXPECT_FALSE(shown.expired()) << "it is kept for the next who asks";
   client->Cancel(id);
