@@ -21,7 +21,6 @@ class Farm {
   struct Options {
     std::filesystem::path store;
     LeaseTable::Options leases;
-    LeaseSizing sizing;
     Clock::Duration checkpoint_interval = std::chrono::seconds(30);
     Clock::Duration checkpoint_least =
         std::chrono::seconds(2);  // between those at iteration ends, which come fast at first
@@ -116,16 +115,16 @@ class Farm {
   LeaseId NewLeaseId() { return {(store_.epoch() << 32) | ++last_lease_}; }
   uint32_t LiveWorkers(const std::string& fingerprint) const;
   bool LeftToOthers(const Job& job, const WorkerId& worker) const;
-  std::optional<LeasedUnit> GrantSurvey(const WorkerId& id, const Worker& worker);
+  std::optional<LeasedUnit> GrantSurvey(const WorkerId& id);
   std::optional<LeasedUnit> GrantRender(const WorkerId& id, const Worker& worker, bool copies, Speeds* speeds);
   // `speeds`: of the calls that are answered while mutex_ is held.
   std::optional<LeasedUnit> GrantFor(const WorkerId& id, Speeds* speeds);
   LeasedUnit Describe(const Job& job, const LeaseEntry& entry, const OpenRound& open) const;
   void Pump(Deferred* deferred);  // answers parked calls that can be answered
-  void Revoke(const std::vector<LeaseEntry>& leases, Deferred* deferred);
-  void CloseRounds(Job& job, const std::function<bool(const OpenRound&)>& which, Deferred* deferred);
-  void CountLoss(Job& job, const WorkerId& worker, Deferred* deferred);
-  void FailRunning(Job& job, const std::string& why, Deferred* deferred);
+  void Revoke(const std::vector<LeaseEntry>& leases);
+  void CloseRounds(Job& job, const std::function<bool(const OpenRound&)>& which);
+  void CountLoss(Job& job, const WorkerId& worker);
+  void FailRunning(Job& job, const std::string& why);
   void Reorder();
   void StartDrivers();
   void Tick(Deferred* deferred);

@@ -41,7 +41,7 @@ LeasedUnit Farm::Describe(const Job& job, const LeaseEntry& entry, const OpenRou
 
 // All idle workers survey a new job at once: the first answer counts, and the others have the scene ready when its
 // rounds begin.
-std::optional<LeasedUnit> Farm::GrantSurvey(const WorkerId& id, const Worker& worker) {
+std::optional<LeasedUnit> Farm::GrantSurvey(const WorkerId& id) {
   for (Job* job : order_) {
     if (job->stored.phase != JobPhase::kQueued || !job->stored.survey.empty() || job->cancelled ||
         job->asked.contains(id) || LeftToOthers(*job, id))
@@ -85,7 +85,7 @@ std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& wo
         entry = open.leases.GrantCopy(NewLeaseId(), id, run.mean_pass_seconds * open.round.passes);
       } else if (open.leases.free_units() > 0) {
         open.leases.set_bytes_per_unit(run.bytes_per_unit);
-        const uint32_t units = LeaseUnits(options_.sizing, open.leases.free_units(), open.leases.unit_count(), share(),
+        const uint32_t units = LeaseUnits(open.leases.free_units(), open.leases.unit_count(), share(),
                                           pass_seconds(id) * open.round.passes, i + 1 < run.open.size());
         entry = open.leases.Grant(NewLeaseId(), id, units);
       }
@@ -98,7 +98,7 @@ std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& wo
 std::optional<LeasedUnit> Farm::GrantFor(const WorkerId& id, Speeds* speeds) {
   const auto it = workers_.find(id);
   if (it == workers_.end()) return std::nullopt;
-  if (auto unit = GrantSurvey(id, it->second)) return unit;
+  if (auto unit = GrantSurvey(id)) return unit;
   if (auto unit = GrantRender(id, it->second, false, speeds)) return unit;
   return GrantRender(id, it->second, true, speeds);
 }
@@ -172,7 +172,7 @@ void Farm::Withdraw(uint64_t call) {
   parked_renewals_.remove_if([&](const ParkedRenewal& parked) { return parked.call == call; });
 }
 
-void Farm::Revoke(const std::vector<LeaseEntry>& leases, Deferred* deferred) {
+void Farm::Revoke(const std::vector<LeaseEntry>& leases) {
   for (const auto& lease : leases) {
     const auto it = workers_.find(lease.worker);
     if (it != workers_.end()) it->second.revoked.push_back(lease.id);
@@ -233,13 +233,13 @@ void Farm::Tick(Deferred* deferred) {
       const WorkerId lost = it->second.worker;
       job->asked.erase(lost);
       it = job->surveys.erase(it);
-      CountLoss(*job, lost, deferred);
+      CountLoss(*job, lost);
     }
     if (!job->run) continue;
     for (const auto& open : job->run->open) {
       const auto expired = open->leases.Expire();
-      Revoke(expired, deferred);
-      for (const auto& lease : expired) CountLoss(*job, lease.worker, deferred);
+      Revoke(expired);
+      for (const auto& lease : expired) CountLoss(*job, lease.worker);
     }
   }
   Pump(deferred);
