@@ -19,8 +19,9 @@ Bytes SerializeProgress(const JobProgress& progress) {
   out.Put(progress.relmse_estimated);
   out.Put(progress.fraction);
   out.Put(progress.rays);
-  out.Put(progress.paths);
-  out.Put(progress.vertices);
+  // Paths and vertices, which older coordinators read.
+  out.Put(uint64_t{0});
+  out.Put(uint64_t{0});
   return out.Take();
 }
 
@@ -33,8 +34,6 @@ JobProgress ParseProgress(std::string_view bytes) {
   progress.relmse_estimated = in.Get<double>();
   progress.fraction = in.Get<double>();
   progress.rays = in.Get<uint64_t>();
-  progress.paths = in.Get<uint64_t>();
-  progress.vertices = in.Get<uint64_t>();
   return progress;
 }
 

@@ -133,8 +133,6 @@ v1::JobStatus ToProto(const JobStatus& s) {
   m.set_fraction(s.progress.fraction);
   m.set_seconds_left(s.progress.seconds_left);
   m.set_rays(s.progress.rays);
-  m.set_paths(s.progress.paths);
-  m.set_vertices(s.progress.vertices);
   m.set_width(s.width);
   m.set_height(s.height);
   m.set_waiting_for(s.waiting_for);
@@ -163,8 +161,6 @@ JobStatus FromProto(const v1::JobStatus& m) {
   s.progress.fraction = m.fraction();
   s.progress.seconds_left = m.seconds_left();
   s.progress.rays = m.rays();
-  s.progress.paths = m.paths();
-  s.progress.vertices = m.vertices();
   s.width = m.width();
   s.height = m.height();
   s.waiting_for = m.waiting_for();

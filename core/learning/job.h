@@ -51,7 +51,7 @@ struct JobProgress {
   double relmse_estimated = 0;  // the last measured; infinity while unknown
   double fraction = 0;          // of the nearest budget
   double seconds_left = -1;     // -1: unknown
-  uint64_t rays = 0, paths = 0, vertices = 0;
+  uint64_t rays = 0;
 };
 
 // What the first unit of a job finds out about its scene (by whoever compiles scenes); the learning half sees no more
