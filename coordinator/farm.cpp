@@ -56,10 +56,12 @@ Farm::~Farm() {
       job->stop.Request();
       if (job->driver.joinable()) drivers.push_back(std::move(job->driver));
     }
-    for (auto& parked : parked_leases_) deferred.Add([answer = parked.answer] { answer(std::nullopt); });
-    for (auto& parked : parked_renewals_) deferred.Add([answer = parked.answer] { answer({}); });
-    parked_leases_.clear();
-    parked_renewals_.clear();
+    const auto answer_all = [&](auto& parked) {
+      for (auto& call : parked) deferred.Add([answer = std::move(call.answer)] { answer({}); });
+      parked.clear();
+    };
+    answer_all(parked_leases_);
+    answer_all(parked_renewals_);
     watchers_.clear();
   }
   changed_.notify_all();

@@ -77,17 +77,12 @@ class Farm {
     uint64_t units = 0;
     double seconds = 0;  // of rendering
   };
-  struct ParkedLease {
+  template <class Answer>
+  struct Parked {
     uint64_t call;
     WorkerId worker;
-    Clock::Duration until;
-    LeaseAnswer answer;
-  };
-  struct ParkedRenewal {
-    uint64_t call;
-    WorkerId worker;
-    Clock::Duration until;
-    RenewAnswer answer;
+    Clock::Duration until;  // then it is answered with nothing
+    Answer answer;
   };
   // Of all workers that may render a job together, in passes over a unit a second; what is asked for, summed once.
   using Speeds = std::map<const Job*, double>;
@@ -159,8 +154,8 @@ class Farm {
   std::map<int64_t, std::unique_ptr<Job>> jobs_;
   std::vector<Job*> order_;  // those that have not ended, by rank
   std::map<WorkerId, Worker> workers_;
-  std::list<ParkedLease> parked_leases_;
-  std::list<ParkedRenewal> parked_renewals_;
+  std::list<Parked<LeaseAnswer>> parked_leases_;
+  std::list<Parked<RenewAnswer>> parked_renewals_;
   std::map<uint64_t, Watcher> watchers_;
   uint64_t last_lease_ = 0, last_call_ = 0, last_worker_ = 0;
   bool ending_ = false;

@@ -168,8 +168,9 @@ uint64_t Farm::RenewLease(const WorkerId& id, const std::vector<LeaseId>& leases
 
 void Farm::Withdraw(uint64_t call) {
   std::lock_guard lock(mutex_);
-  parked_leases_.remove_if([&](const ParkedLease& parked) { return parked.call == call; });
-  parked_renewals_.remove_if([&](const ParkedRenewal& parked) { return parked.call == call; });
+  const auto withdrawn = [&](const auto& parked) { return parked.call == call; };
+  parked_leases_.remove_if(withdrawn);
+  parked_renewals_.remove_if(withdrawn);
 }
 
 void Farm::Revoke(const std::vector<LeaseEntry>& leases) {
@@ -192,27 +193,19 @@ std::shared_ptr<const Bytes> Farm::StateBytes(const ContentHash& hash) const {
 void Farm::Tick(Deferred* deferred) {
   const auto now = clock_.Now();
   // Step 1: parked calls whose time is over; a parked call is a sign of life.
-  const auto alive = [&](const WorkerId& id) {
-    if (auto it = workers_.find(id); it != workers_.end()) it->second.seen = now;
+  const auto expire_parked = [&](auto& parked) {
+    for (auto it = parked.begin(); it != parked.end();) {
+      if (const auto worker = workers_.find(it->worker); worker != workers_.end()) worker->second.seen = now;
+      if (it->until > now) {
+        ++it;
+        continue;
+      }
+      deferred->Add([answer = std::move(it->answer)] { answer({}); });
+      it = parked.erase(it);
+    }
   };
-  for (auto it = parked_leases_.begin(); it != parked_leases_.end();) {
-    alive(it->worker);
-    if (it->until > now) {
-      ++it;
-      continue;
-    }
-    deferred->Add([answer = std::move(it->answer)] { answer(std::nullopt); });
-    it = parked_leases_.erase(it);
-  }
-  for (auto it = parked_renewals_.begin(); it != parked_renewals_.end();) {
-    alive(it->worker);
-    if (it->until > now) {
-      ++it;
-      continue;
-    }
-    deferred->Add([answer = std::move(it->answer)] { answer({}); });
-    it = parked_renewals_.erase(it);
-  }
+  expire_parked(parked_leases_);
+  expire_parked(parked_renewals_);
   // Step 2: workers that are gone.
   for (auto it = workers_.begin(); it != workers_.end();) {
     if (now - it->second.seen > 2 * options_.leases.duration) {
