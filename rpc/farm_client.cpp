@@ -7,12 +7,12 @@
 #include <thread>
 
 #include "core/base/bytes.h"
+#include "core/base/sha256_stream.h"
 #include "lodestar/v1/farm.grpc.pb.h"
 #include "rpc/channel.h"
 #include "rpc/convert.h"
 #include "rpc/image_bytes.h"
 #include "rpc/retry.h"
-#include "rpc/sha256_stream.h"
 #include "rpc/streams.h"
 
 namespace lodestar {

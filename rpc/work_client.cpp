@@ -4,10 +4,10 @@
 #include <mutex>
 #include <set>
 
+#include "core/base/sha256_stream.h"
 #include "lodestar/v1/worker.grpc.pb.h"
 #include "rpc/channel.h"
 #include "rpc/convert.h"
-#include "rpc/sha256_stream.h"
 #include "rpc/streams.h"
 
 namespace lodestar {

@@ -3,7 +3,7 @@
 
 #include <thread>
 
-#include "rpc/sha256_stream.h"
+#include "core/base/sha256_stream.h"
 #include "tests/coordinator/hand_worker.h"
 #include "tests/coordinator/in_process_farm.h"
 
