@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "coordinator/crash_point.h"
-#include "coordinator/scheduler.h"
 #include "core/base/log.h"
 #include "rpc/status.h"
 
@@ -173,13 +172,12 @@ void Farm::Changed(const Job& job, Deferred* deferred) {
 }
 
 void Farm::Reorder() {
-  std::vector<JobRank> ranks;
-  for (const auto& [number, job] : jobs_) {
-    if (!Ended(job->stored.phase)) ranks.push_back({number, job->stored.priority});
-  }
-  SortByRank(ranks);
   order_.clear();
-  for (const auto& rank : ranks) order_.push_back(jobs_.at(rank.number).get());
+  for (const auto& [number, job] : jobs_) {
+    if (!Ended(job->stored.phase)) order_.push_back(job.get());
+  }
+  // Larger priorities first; older jobs first among equals, as they stand in jobs_.
+  std::ranges::stable_sort(order_, std::greater<>(), [](const Job* job) { return job->stored.priority; });
 }
 
 void Farm::Persist(Job& job, const std::function<void(StoredJob&)>& change) {

@@ -152,7 +152,7 @@ class Farm {
   std::condition_variable changed_;  // rounds completed, jobs stopped, snapshots made
   std::condition_variable timer_wake_;
   std::map<int64_t, std::unique_ptr<Job>> jobs_;
-  std::vector<Job*> order_;  // those that have not ended, by rank
+  std::vector<Job*> order_;  // those that have not ended, by priority and age
   std::map<WorkerId, Worker> workers_;
   std::list<Parked<LeaseAnswer>> parked_leases_;
   std::list<Parked<RenewAnswer>> parked_renewals_;
