@@ -1,16 +1,8 @@
-#include <cmath>
-
 #include "core/base/error.h"
 #include "core/base/picture_size.h"
 #include "rpc/convert.h"
 
 namespace lodestar {
-namespace {
-void RefuseNegative(double value, const char* what) {
-  if (!(value >= 0) || std::isinf(value))
-    throw Error(ErrorKind::kInvalidInput, std::string(what) + " must be a finite number of at least 0");
-}
-}  // namespace
 
 v1::JobSpec ToProto(const JobSpec& spec) {
   v1::JobSpec message;
@@ -43,8 +35,7 @@ JobSpec FromProto(const v1::JobSpec& message) {
   spec.max_depth = message.max_depth();
   spec.training_iterations = message.training_iterations();
   spec.lenient = message.lenient();
-  RefuseNegative(spec.budget.seconds, "the time budget");
-  RefuseNegative(spec.budget.error, "the error budget");
+  spec.budget.Check();
   if (spec.max_depth < 0 || spec.max_depth > 100000)
     throw Error(ErrorKind::kInvalidInput, "the maximum depth must be 0 (the scene's) to 100000");
   if (spec.training_iterations < -1)
