@@ -1,8 +1,6 @@
 // What workers bring to the farm: contributions, surveys, failures.
 #include "coordinator/crash_point.h"
 #include "coordinator/farm.h"
-#include "core/base/log.h"
-#include "rpc/status.h"
 
 namespace lodestar {
 

@@ -1,6 +1,4 @@
 // What workers ask of the farm: leases; and what time brings.
-#include <algorithm>
-
 #include "coordinator/farm.h"
 #include "core/base/log.h"
 #include "rpc/status.h"

@@ -1,5 +1,6 @@
 #include "rpc/farm_client.h"
 
+#include <algorithm>
 #include <fstream>
 #include <random>
 #include <set>
