@@ -296,8 +296,6 @@ JobProgress Loop::Progress(double seconds_per_pass) const {
   progress.seconds = seconds_;
   progress.relmse_estimated = error_;
   progress.rays = report_.rays;
-  progress.paths = report_.paths;
-  progress.vertices = report_.vertices;
   double left = kUnknown;
   const auto consider = [&](double fraction, double seconds) {
     progress.fraction = std::max(progress.fraction, std::clamp(fraction, 0.0, 1.0));
