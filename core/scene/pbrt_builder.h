@@ -91,6 +91,7 @@ class PbrtBuilder {
   void PixelFilter(const Token&);
   void Film(const Token&);
   void Camera(const Token&);
+  void Expose();
   void ColorSpace(const Token&);
   void Option(const Token&);
   void Accelerator(const Token&);
@@ -148,6 +149,8 @@ class PbrtBuilder {
   std::filesystem::path folder_;  // of the file being read
   Tokenizer* in_ = nullptr;
   int depth_ = 0;  // of includes
+
+  float iso_ = 100, exposure_seconds_ = 1;
 
   State state_;
   std::vector<Block> blocks_;

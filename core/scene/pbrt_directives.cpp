@@ -107,6 +107,7 @@ SceneDescription PbrtBuilder::Finish(const SourceLocation& end) {
   if (!in_world_) FailAt(end, ErrorKind::kInvalidInput, "the file ends without a WorldBegin");
   CheckMaterials();
   CheckLights();
+  Expose();
   scene_.left_out = refusals_.Take();
   return std::move(scene_);
 }
