@@ -110,8 +110,8 @@ void PbrtBuilder::Film(const Token& directive) {
   scene_.resolution_y = y;
   if (type == "spectral")
     refusals_.Refuse(directive.where(), params.label() + " is not supported; use rgb (rendering is in linear sRGB)");
-  // The output's name and its auxiliary layers are given on the command line; the sensor's size only serves cameras that
-  // are not supported.
+  // The output's name and its auxiliary layers are given on the command line; the sensor's size only serves cameras
+  // that are not supported.
   params.Accept({"filename", "diagonal", "savefp16"});
   if (type == "gbuffer") params.Accept({"coordinatesystem"});
   if (type == "spectral") params.Accept({"nbuckets", "lambdamin", "lambdamax"});
@@ -165,8 +165,8 @@ void PbrtBuilder::Camera(const Token& directive) {
   scene_.camera = camera;
 }
 
-// pbrt-v4's film measures exposure time * iso / 100 of the light that falls on it (its PixelSensor's imaging ratio). The
-// lights are made so much stronger, once both directives are known.
+// pbrt-v4's film measures exposure time * iso / 100 of the light that falls on it (its PixelSensor's imaging ratio).
+// The lights are made so much stronger, once both directives are known.
 void PbrtBuilder::Expose() {
   const float ratio = exposure_seconds_ * iso_ / 100;
   for (ShapeDescription& shape : scene_.shapes) {

@@ -114,7 +114,8 @@ TEST(PbrtMaterials, Coated) {
   const auto metal = Made<CoatedConductorMaterial>(
       "\"coatedconductor\" \"float interface.roughness\" .01 \"float interface.eta\" 1.4 \"spectrum conductor.eta\" "
       "\"metal-Al-eta\" \"spectrum conductor.k\" \"metal-Al-k\" \"float conductor.uroughness\" .04"
-      " \"float conductor.vroughness\" .09 \"float interface.thickness\" .01 \"integer maxdepth\" 5 \"integer nsamples\" "
+      " \"float conductor.vroughness\" .09 \"float interface.thickness\" .01 \"integer maxdepth\" 5 \"integer "
+      "nsamples\" "
       "2 \"float g\" 0");
   EXPECT_EQ(metal.interface_eta, 1.4f);
   EXPECT_FLOAT_EQ(metal.interface_roughness.v.value, 0.1f);
