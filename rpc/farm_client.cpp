@@ -223,7 +223,7 @@ Image FarmClient::GetImage(const JobId& id) {
         while (reader->Read(&chunk)) data += chunk.data();
         return reader->Finish();
       },
-      seconds(60));
+      minutes(60));
   return ImageFromBytes(data);
 }
 
@@ -247,7 +247,7 @@ GuideFile FarmClient::GetGuide(const JobId& id) {
         while (reader->Read(&chunk)) data += chunk.data();
         return reader->Finish();
       },
-      seconds(60));
+      minutes(60));
   return GuideFile::Parse(data, "what " + id.value + " has learned");
 }
 
