@@ -152,8 +152,7 @@ void QuadricBounds(const RTCBoundsFunctionArguments* args) {
   float* lower = &args->bounds_o->lower_x;
   float* upper = &args->bounds_o->upper_x;
   for (int axis = 0; axis < 3; ++axis) {
-    const double* row = q.group_from_object.m.data() + axis * 4;
-    const double half = q.radius * std::sqrt(row[0] * row[0] + row[1] * row[1] + (sphere ? row[2] * row[2] : 0));
+    const double half = q.HalfExtent(axis, sphere);
     const double pad = (std::fabs(center[axis]) + half) * 4 * kRound;
     lower[axis] = std::nextafter(float(center[axis] - half - pad), -kInfinity);
     upper[axis] = std::nextafter(float(center[axis] + half + pad), kInfinity);

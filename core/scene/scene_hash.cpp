@@ -7,6 +7,7 @@
 
 #include "core/base/bytes.h"
 #include "core/base/error.h"
+#include "core/base/overloaded.h"
 #include "core/scene/scene_parts.h"
 
 namespace lodestar {
@@ -64,11 +65,6 @@ class Hasher {
   }
   ByteWriter bytes_;
   std::map<std::string, std::string> files_;
-};
-
-template <class... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
 };
 
 void HashTexture(const TextureDescription& texture, Hasher& put) {
