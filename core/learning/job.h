@@ -1,6 +1,7 @@
 // What a user asked for, as plain values: everything that determines the picture, and the budget that ends it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -59,6 +60,9 @@ struct Survey {
   std::vector<std::string> left_out;
   static constexpr size_t kMaxLeftOut = 100;
   void SetLeftOut(const std::vector<std::string>& all);
+
+  // Of the image, and never none, so that it can be divided by.
+  uint64_t pixels() const { return std::max<uint64_t>(1, uint64_t{resolution_x} * resolution_y); }
 
   Bytes Serialize() const;
   static Survey Parse(std::string_view bytes);
