@@ -12,8 +12,7 @@ double Power(Rgb c) {
 
 }  // namespace
 
-// ---- compile
-// --------------------------------------------------------------------------------------------------------------------------------
+// ---- compile ----
 
 int32_t LightTable::AddArea(Light light, const Emission& emission, double area) {
   light.two_sided = emission.two_sided;
@@ -153,8 +152,7 @@ void LightTable::Finish(const Bounds3& bounds) {
   groups_ = LightGroups(placed);
 }
 
-// ---- use
-// ------------------------------------------------------------------------------------------------------------------------------------
+// ---- use ----
 
 std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3 p, double u_pick, Vec2 u,
                                               LightGroupWeights weights) const {
