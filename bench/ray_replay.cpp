@@ -44,7 +44,7 @@ class RecordingScene {
     return scene_.SampleLight(p, pick, u, weights);
   }
   Rgb Emitted(const SurfaceInteraction& si, Vec3 wo) const { return scene_.Emitted(si, wo); }
-  float LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3 wi) const { return scene_.LightPdf(from, si, wi); }
+  float LightPdf(Vec3 from, const SurfaceInteraction& si) const { return scene_.LightPdf(from, si); }
   EnvironmentSample Environment(Vec3 wi) const { return scene_.Environment(wi); }
 
  private:

@@ -2,7 +2,7 @@
 
 namespace lodestar {
 namespace {
-constexpr uint32_t kMagic = 0x4a43444c;  // "LDCJ"
+constexpr uint32_t kMagic = DocumentMagic("LDCJ");
 constexpr uint32_t kVersion = 3;
 }  // namespace
 

@@ -16,6 +16,14 @@ namespace lodestar {
 
 using Bytes = std::string;
 
+// Four letters that name a kind of document, as they appear in its first four bytes.
+constexpr uint32_t DocumentMagic(const char (&letters)[5]) {
+  return static_cast<uint32_t>(static_cast<unsigned char>(letters[0])) |
+         static_cast<uint32_t>(static_cast<unsigned char>(letters[1])) << 8 |
+         static_cast<uint32_t>(static_cast<unsigned char>(letters[2])) << 16 |
+         static_cast<uint32_t>(static_cast<unsigned char>(letters[3])) << 24;
+}
+
 class ByteWriter {
  public:
   template <class T>
@@ -87,6 +95,15 @@ class ByteReader {
     return {Need(size), size};
   }
   size_t remaining() const { return bytes_.size() - at_; }
+  // Throws unless the document's first bytes name this kind and this version. `many`: what is read is called by a
+  // plural, in the messages.
+  void ExpectHeader(uint32_t magic, uint32_t version, bool many = false) {
+    if (Get<uint32_t>() != magic) Fail(many ? "do not begin like ones" : "does not begin like one");
+    const auto found = Get<uint32_t>();
+    if (found != version) {
+      Fail((many ? "have version " : "has version ") + std::to_string(found) + ", known is " + std::to_string(version));
+    }
+  }
   // Throws unless everything was read.
   void ExpectEnd() const {
     if (remaining() != 0) Fail("has bytes after its end");

@@ -7,7 +7,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = 0x4c434f46;  // "FOCL"
+constexpr uint32_t kMagic = DocumentMagic("FOCL");
 constexpr uint32_t kVersion = 1;
 
 }  // namespace
@@ -52,9 +52,7 @@ Bytes FocalField::Serialize() const {
 
 std::shared_ptr<const FocalField> FocalField::Parse(std::string_view bytes) {
   ByteReader in(bytes, "focal field");
-  if (in.Get<uint32_t>() != kMagic) in.Fail("does not begin like one");
-  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("has version " + std::to_string(version) + ", known is 1");
+  in.ExpectHeader(kMagic, kVersion);
   FocalParts parts;
   parts.options = FocalOptions::Read(in);
   parts.box = GuideBox::Read(in);

@@ -7,7 +7,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = 0x53434f46;  // "FOCS"
+constexpr uint32_t kMagic = DocumentMagic("FOCS");
 constexpr uint32_t kVersion = 2;
 
 }  // namespace
@@ -37,9 +37,7 @@ Bytes FocalStatistics::Serialize() const {
 template <bool kAdd>
 void FocalStatistics::Decode(std::string_view bytes) {
   ByteReader in(bytes, "focal statistics");
-  if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
-  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("have version " + std::to_string(version) + ", known is 2");
+  in.ExpectHeader(kMagic, kVersion, /*many=*/true);
   const auto fingerprint = in.Get<uint64_t>();
   const auto slots = in.Get<uint32_t>();
   if (fingerprint != field_->fingerprint() || slots != slot_count()) {

@@ -9,7 +9,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = 0x53495247;  // "GRIS"
+constexpr uint32_t kMagic = DocumentMagic("GRIS");
 constexpr uint32_t kVersion = 2;
 
 }  // namespace
@@ -66,9 +66,7 @@ Bytes GridStatistics::Serialize() const {
 template <bool kAdd>
 void GridStatistics::Decode(std::string_view bytes) {
   ByteReader in(bytes, "grid statistics");
-  if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
-  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("have version " + std::to_string(version) + ", known is 2");
+  in.ExpectHeader(kMagic, kVersion, /*many=*/true);
   if (in.Get<uint64_t>() != grid_->fingerprint()) {
     throw Error(ErrorKind::kConflict,
                 "grid statistics belong to another state; render this unit again under the current one");

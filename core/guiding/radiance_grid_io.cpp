@@ -8,7 +8,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = 0x44495247;  // "GRID"
+constexpr uint32_t kMagic = DocumentMagic("GRID");
 constexpr uint32_t kVersion = 1;
 
 // Zero or a positive number, without the sign that would make two forms of zero.
@@ -46,9 +46,7 @@ Bytes RadianceGrid::Serialize() const {
 
 std::shared_ptr<const RadianceGrid> RadianceGrid::Parse(std::string_view bytes) {
   ByteReader in(bytes, "radiance grid");
-  if (in.Get<uint32_t>() != kMagic) in.Fail("does not begin like one");
-  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("has version " + std::to_string(version) + ", known is 1");
+  in.ExpectHeader(kMagic, kVersion);
   GridParts parts;
   parts.options = GridOptions::Read(in);
   parts.box = GuideBox::Read(in);

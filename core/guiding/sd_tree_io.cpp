@@ -10,7 +10,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = 0x54445344;  // "DSDT"
+constexpr uint32_t kMagic = DocumentMagic("DSDT");
 constexpr uint32_t kVersion = 3;
 
 // Links the nodes of one tree, read so far with masks for links, depth first.
@@ -96,9 +96,7 @@ Bytes SdTree::Serialize() const {
 
 std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   ByteReader in(bytes, "SD-tree");
-  if (in.Get<uint32_t>() != kMagic) in.Fail("does not begin like one");
-  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("has version " + std::to_string(version) + ", known is 3");
+  in.ExpectHeader(kMagic, kVersion);
   SdTreeParts parts;
   parts.options = SdTreeOptions::Read(in);
   for (int axis = 0; axis < 3; ++axis) parts.corner[axis] = in.Get<float>();

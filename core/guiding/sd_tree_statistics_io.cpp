@@ -13,7 +13,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = 0x53445344;  // "DSDS"
+constexpr uint32_t kMagic = DocumentMagic("DSDS");
 constexpr uint32_t kVersion = 4;
 
 // Sparse, in blocks: how many hold anything, and those, each behind how many were skipped and which of its sums follow.
@@ -109,9 +109,7 @@ Bytes SdTreeStatistics::Serialize() const {
 template <bool kAdd>
 void SdTreeStatistics::Decode(std::string_view bytes) {
   ByteReader in(bytes, "SD-tree statistics");
-  if (in.Get<uint32_t>() != kMagic) in.Fail("do not begin like ones");
-  if (const uint32_t version = in.Get<uint32_t>(); version != kVersion)
-    in.Fail("have version " + std::to_string(version) + ", known is " + std::to_string(kVersion));
+  in.ExpectHeader(kMagic, kVersion, /*many=*/true);
   const auto fingerprint = in.Get<uint64_t>();
   const auto leaf_count = in.Get<uint32_t>();
   const auto node_count = in.Get<uint32_t>();

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "core/base/check.h"
 #include "core/guiding/focal_advance.h"
 #include "core/learning/method_options.h"
 
@@ -13,16 +12,9 @@ namespace {
 // Paths that an iteration traces where its passes are not given: enough for the masses of a thousand voxels.
 constexpr uint64_t kPathsPerIteration = uint64_t{1} << 18;
 
-const FocalState& AsFocal(const std::shared_ptr<const State>& state) {
-  const auto* cast = dynamic_cast<const FocalState*>(state.get());
-  LODESTAR_CHECK(cast != nullptr);
-  return *cast;
-}
-
 // Together, training iterations take at most half of the samples per pixel that were asked for.
 uint64_t AutomaticPasses(const JobSpec& job, const Survey& survey, uint32_t iterations) {
-  const uint64_t pixels = std::max<uint64_t>(1, uint64_t{survey.resolution_x} * survey.resolution_y);
-  uint64_t passes = std::bit_floor(std::clamp<uint64_t>(kPathsPerIteration / pixels, 1, 64));
+  uint64_t passes = std::bit_floor(std::clamp<uint64_t>(kPathsPerIteration / survey.pixels(), 1, 64));
   if (job.budget.spp > 0) passes = std::min(passes, std::max<uint64_t>(1, job.budget.spp / (2 * uint64_t{iterations})));
   return passes;
 }
@@ -98,18 +90,17 @@ std::shared_ptr<const State> FocalMethod::ParseState(std::string_view bytes) con
 }
 
 std::unique_ptr<Statistics> FocalMethod::NewStatistics(const std::shared_ptr<const State>& state) const {
-  return std::make_unique<FocalGuidingStatistics>(FocalStatistics(AsFocal(state).shared_field()));
+  return std::make_unique<FocalGuidingStatistics>(FocalStatistics(As<FocalState>(*state).shared_field()));
 }
 
 std::shared_ptr<const State> FocalMethod::Advance(const std::shared_ptr<const State>& state,
                                                   const IterationResult& result) const {
-  const FocalState& focal = AsFocal(state);
+  const auto& focal = As<FocalState>(*state);
   // No unit recorded anything: the iteration is over all the same.
   if (result.statistics == nullptr)
     return std::make_shared<FocalState>(lodestar::Advance(focal.field(), FocalStatistics(focal.shared_field())));
-  const auto* learned = dynamic_cast<const FocalGuidingStatistics*>(result.statistics);
-  LODESTAR_CHECK(learned != nullptr);
-  return std::make_shared<FocalState>(lodestar::Advance(focal.field(), learned->sums()));
+  const auto& learned = As<FocalGuidingStatistics>(*result.statistics);
+  return std::make_shared<FocalState>(lodestar::Advance(focal.field(), learned.sums()));
 }
 
 }  // namespace lodestar

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "core/base/check.h"
 #include "core/guiding/grid_advance.h"
 #include "core/guiding/grid_bias.h"
 #include "core/learning/method_options.h"
@@ -15,12 +14,6 @@ using Sampling = GridRules::Sampling;
 
 constexpr uint64_t kMostSteps = 16;     // where their number is not given
 constexpr uint64_t kTrainingShare = 4;  // and the part of the samples per pixel that they may take, at most
-
-const GridState& AsGrid(const std::shared_ptr<const State>& state) {
-  const auto* cast = dynamic_cast<const GridState*>(state.get());
-  LODESTAR_CHECK(cast != nullptr);
-  return *cast;
-}
 
 uint32_t AutomaticSteps(const JobSpec& job, uint64_t batch) {
   if (job.budget.spp == 0) return kMostSteps;
@@ -114,26 +107,23 @@ std::shared_ptr<const State> GridMethod::ParseState(std::string_view bytes) cons
 }
 
 std::unique_ptr<Statistics> GridMethod::NewStatistics(const std::shared_ptr<const State>& state) const {
-  return std::make_unique<GridGuidingStatistics>(GridStatistics(AsGrid(state).grid()));
+  return std::make_unique<GridGuidingStatistics>(GridStatistics(As<GridState>(*state).grid()));
 }
 
 std::shared_ptr<const State> GridMethod::Advance(const std::shared_ptr<const State>& state,
                                                  const IterationResult& result) const {
-  const GridState& grid = AsGrid(state);
+  const auto& grid = As<GridState>(*state);
   // No unit recorded anything: the step is over all the same.
   if (result.statistics == nullptr)
     return std::make_shared<GridState>(lodestar::Advance(*grid.grid(), GridStatistics(grid.grid())));
-  const auto* learned = dynamic_cast<const GridGuidingStatistics*>(result.statistics);
-  LODESTAR_CHECK(learned != nullptr);
-  return std::make_shared<GridState>(lodestar::Advance(*grid.grid(), learned->sums()));
+  const auto& learned = As<GridGuidingStatistics>(*result.statistics);
+  return std::make_shared<GridState>(lodestar::Advance(*grid.grid(), learned.sums()));
 }
 
 std::string GridMethod::Explain(const State& state) const {
   if (!options_.rules.memo) return {};
   std::string text = "a -memo sampling, for comparison only: BIASED";
-  const auto* grid = dynamic_cast<const GridState*>(&state);
-  LODESTAR_CHECK(grid != nullptr);
-  if (const auto integrals = MeasureIntegrals(GridSampling(grid->grid(), options_.rules))) {
+  if (const auto integrals = MeasureIntegrals(GridSampling(As<GridState>(state).grid(), options_.rules))) {
     char line[160];
     std::snprintf(line, sizeof line,
                   ", as its densities integrate to %.4f, not 1 (mean over voxels and normals, which spread by %.4f)",

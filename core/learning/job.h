@@ -2,6 +2,7 @@
 // far it is.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -71,6 +72,9 @@ struct Survey {
   std::vector<std::string> left_out;
   static constexpr size_t kMaxLeftOut = 100;
   void SetLeftOut(const std::vector<std::string>& all);
+
+  // Of the image, and never none, so that it can be divided by.
+  uint64_t pixels() const { return std::max<uint64_t>(1, uint64_t{resolution_x} * resolution_y); }
 
   Bytes Serialize() const;
   static Survey Parse(std::string_view bytes);

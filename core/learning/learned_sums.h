@@ -2,7 +2,6 @@
 // FocalStatistics, GridStatistics.
 #pragma once
 
-#include "core/base/check.h"
 #include "core/learning/method.h"
 
 namespace lodestar {
@@ -14,11 +13,7 @@ class LearnedSums : public Statistics {
   Sums& sums() { return sums_; }
   const Sums& sums() const { return sums_; }
   // `other` is of the same accumulator and state.
-  void Merge(const Statistics& other) override {
-    const auto* cast = dynamic_cast<const LearnedSums*>(&other);
-    LODESTAR_CHECK(cast != nullptr);
-    sums_.Merge(cast->sums_);
-  }
+  void Merge(const Statistics& other) override { sums_.Merge(As<LearnedSums>(other).sums_); }
   Bytes Serialize() const override { return sums_.Serialize(); }
   void MergeSerialized(std::string_view bytes) override { sums_.MergeSerialized(bytes); }
   void AddHealth(HealthReport* health) const override {

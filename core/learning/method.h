@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/check.h"
 #include "core/base/health.h"
 #include "core/film/film.h"
 #include "core/learning/job.h"
@@ -37,6 +38,14 @@ class Statistics {
   // Counts what was left out of them or changed.
   virtual void AddHealth(HealthReport* health) const {}
 };
+
+// A state or statistics of the type that a method made them of.
+template <class T, class Base>
+const T& As(const Base& base) {
+  const auto* cast = dynamic_cast<const T*>(&base);
+  LODESTAR_CHECK(cast != nullptr);
+  return *cast;
+}
 
 // The result of some node of a round's tree: the tiles of its units, and what they learned. Absent parts are absent,
 // not zero.

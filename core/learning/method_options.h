@@ -31,6 +31,14 @@ class MethodOptions {
     }
     Refuse(name);
   }
+  // The same for options whose default another option decides: what was given, else `otherwise`, which is not checked.
+  double NumberOr(std::string_view name, double otherwise, double low, double high) const {
+    return Has(name) ? Number(name, low, high) : otherwise;
+  }
+  template <class E>
+  E ChoiceOr(std::string_view name, E otherwise, const std::vector<std::pair<std::string_view, E>>& choices) const {
+    return Has(name) ? Choice<E>(name, choices) : otherwise;
+  }
   [[noreturn]] void Refuse(std::string_view name) const;
 
  private:

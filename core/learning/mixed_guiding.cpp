@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/learning/method_options.h"
 
@@ -46,12 +45,6 @@ const JobSpec& Checked(const JobSpec& job) {
   return job;
 }
 
-const MixedState& AsMixed(const std::shared_ptr<const State>& state) {
-  const auto* cast = dynamic_cast<const MixedState*>(state.get());
-  LODESTAR_CHECK(cast != nullptr);
-  return *cast;
-}
-
 }  // namespace
 
 // ---- State and statistics: both parts', one after the other ----
@@ -64,10 +57,9 @@ Bytes MixedState::Serialize() const {
 }
 
 void MixedStatistics::Merge(const Statistics& other) {
-  const auto* cast = dynamic_cast<const MixedStatistics*>(&other);
-  LODESTAR_CHECK(cast != nullptr);
-  tree_.Merge(cast->tree_);
-  focal_.Merge(cast->focal_);
+  const auto& mixed = As<MixedStatistics>(other);
+  tree_.Merge(mixed.tree_);
+  focal_.Merge(mixed.focal_);
 }
 
 Bytes MixedStatistics::Serialize() const {
@@ -137,16 +129,15 @@ std::shared_ptr<const State> MixedMethod::ParseState(std::string_view bytes) con
 }
 
 std::unique_ptr<Statistics> MixedMethod::NewStatistics(const std::shared_ptr<const State>& state) const {
-  const MixedState& mixed = AsMixed(state);
+  const auto& mixed = As<MixedState>(*state);
   return std::make_unique<MixedStatistics>(SdTreeStatistics(mixed.tree()->shared_tree()),
                                            FocalStatistics(mixed.focal()->shared_field()));
 }
 
 std::shared_ptr<const State> MixedMethod::Advance(const std::shared_ptr<const State>& state,
                                                   const IterationResult& result) const {
-  const MixedState& mixed = AsMixed(state);
-  const auto* learned = dynamic_cast<const MixedStatistics*>(result.statistics);
-  LODESTAR_CHECK(result.statistics == nullptr || learned != nullptr);
+  const auto& mixed = As<MixedState>(*state);
+  const auto* learned = result.statistics ? &As<MixedStatistics>(*result.statistics) : nullptr;
   IterationResult part = result;
   part.statistics = learned ? &learned->tree() : nullptr;
   const auto tree = tree_.Advance(mixed.tree(), part);

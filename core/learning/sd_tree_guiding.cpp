@@ -6,15 +6,6 @@
 #include "core/guiding/sd_tree_advance.h"
 
 namespace lodestar {
-namespace {
-
-const SdTreeState& AsSdTree(const std::shared_ptr<const State>& state) {
-  const auto* cast = dynamic_cast<const SdTreeState*>(state.get());
-  LODESTAR_CHECK(cast != nullptr);
-  return *cast;
-}
-
-}  // namespace
 
 Bytes SdTreeState::Serialize() const {
   ByteWriter out;
@@ -57,15 +48,14 @@ bool SdTreeMethod::NeedsPixels(const SdTree& tree) const {
 }
 
 std::unique_ptr<Statistics> SdTreeMethod::NewStatistics(const std::shared_ptr<const State>& state) const {
-  return std::make_unique<SdTreeGuidingStatistics>(SdTreeStatistics(AsSdTree(state).shared_tree()));
+  return std::make_unique<SdTreeGuidingStatistics>(SdTreeStatistics(As<SdTreeState>(*state).shared_tree()));
 }
 
 std::shared_ptr<const State> SdTreeMethod::Advance(const std::shared_ptr<const State>& state,
                                                    const IterationResult& result) const {
   if (result.statistics == nullptr) return state;
-  const auto* learned = dynamic_cast<const SdTreeGuidingStatistics*>(result.statistics);
-  LODESTAR_CHECK(learned != nullptr);
-  auto tree = lodestar::Advance(AsSdTree(state).tree(), learned->sums(), static_cast<double>(result.passes));
+  const auto& learned = As<SdTreeGuidingStatistics>(*result.statistics);
+  auto tree = lodestar::Advance(As<SdTreeState>(*state).tree(), learned.sums(), static_cast<double>(result.passes));
   PixelEstimate pixels;
   if (NeedsPixels(*tree)) {
     LODESTAR_CHECK(result.image != nullptr);

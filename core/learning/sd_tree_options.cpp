@@ -52,21 +52,18 @@ MethodEntry SdTreeMethod::Entry() {
            "starting values of the other options: ours (recommended), or those of the papers, for comparisons"},
           {"nee", "never | kickstart | always | learned", preset,
            "next event estimation; kickstart: in the first three iterations only; learned: at the share of the "
-           "vertices "
-           "that lowers variance times cost most, found per leaf. Points, spots, distant and invisible lights are "
-           "always sampled. Default learned (recommended); 2017 never, 2019 kickstart"},
+           "vertices that lowers variance times cost most, found per leaf. Points, spots, distant and invisible lights "
+           "are always sampled. Default learned (recommended); 2017 never, 2019 kickstart"},
           {"lights", "power | learned", preset,
            "which lights are sampled: by power; or by what arrives from them, in up to 32 groups, learned per leaf. "
            "Default learned (recommended), papers power"},
           {"target", "radiance | simple | full | switching", preset,
            "what the trees are proportional to: incident radiance; the root of the second moment of what a vertex "
            "reflects (Rath et al. 2020); the same relative to the pixel; simple first and full from the iteration of "
-           "16 "
-           "passes on (Nilsson 2023). Default switching (recommended); papers, and with a product, radiance"},
+           "16 passes on (Nilsson 2023). Default switching (recommended); papers, and with a product, radiance"},
           {"reconstruction", "none | dense | dense-unlimited | native", preset,
            "smoothing of the trees: as the 2023 document does, on matrices, within its limit on the cost or without; "
-           "or "
-           "on the trees, with a strength found by cross-validation. Default native (recommended); papers none"},
+           "or on the trees, with a strength found by cross-validation. Default native (recommended); papers none"},
           {"dense-sigma", "a number from 0.1 to 3", preset,
            "width of dense reconstruction's Gaussian, in cells of a layer. Default 0.5"},
           {"product", "on | off", preset,
@@ -74,8 +71,7 @@ MethodEntry SdTreeMethod::Entry() {
            "others contain the BSDF. Default and papers off; pays on glossy scenes"},
           {"learn", "all | weighted | indirect", preset,
            "what a vertex records of a source that it meets and that its light samples find as well: all of it; its "
-           "share by multiple "
-           "importance sampling; nothing. Default and papers weighted"},
+           "share by multiple importance sampling; nothing. Default and papers weighted"},
           {"roulette", "throughput | contribution | pixel", preset,
            "what decides on a path's survival: its throughput, as without guiding; what the tree expects it to add, "
            "against what its first vertex expects; the same against the pixel's estimate (Vorba and Krivanek 2016). "
@@ -91,8 +87,7 @@ MethodEntry SdTreeMethod::Entry() {
            "the same for directions. Default and 2019 box (recommended), 2017 nearest"},
           {"bsdf-fraction", "learned-kl | learned-variance | a number from 0.05 to 0.95", preset,
            "share of directions that the BSDF samples: learned per leaf, or fixed. Default and 2019 learned-kl "
-           "(recommended), 2017 0.5; "
-           "learned-variance is optimal in theory and suffers from outliers"},
+           "(recommended), 2017 0.5; learned-variance is optimal in theory and suffers from outliers"},
           {"spatial-threshold", "a number from 1 to 1e12", preset,
            "c: a spatial leaf splits above c * sqrt(passes / 4) records. Default 700, 2019 4000, 2017 12000"},
           {"flux-threshold", "a number from 0.001 to 1", preset,
@@ -100,8 +95,7 @@ MethodEntry SdTreeMethod::Entry() {
           {"max-depth", "an integer from 1 to 20", preset, "levels of a directional tree. Default and papers 20"},
           {"training", "auto | a number of iterations from 0 to 30", "auto",
            "iterations to learn in before the last one, which only renders; iteration k has 2^k passes. auto "
-           "(recommended): as many as leave "
-           "at least half of the budget to the last"},
+           "(recommended): as many as leave at least half of the budget to the last"},
       }};
 }
 
@@ -112,30 +106,26 @@ SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
   const MethodOptions given(entry.name, entry.options, job.options);
   options_ = Preset(given);
   Tree& tree = options_.tree;
-  if (given.Has("nee")) {
-    options_.nee = given.Choice<NeeMode>("nee", {{"never", NeeMode::kNever},
-                                                 {"kickstart", NeeMode::kKickstart},
-                                                 {"always", NeeMode::kAlways},
-                                                 {"learned", NeeMode::kLearned}});
-  }
+  options_.nee = given.ChoiceOr("nee", options_.nee,
+                                {{"never", NeeMode::kNever},
+                                 {"kickstart", NeeMode::kKickstart},
+                                 {"always", NeeMode::kAlways},
+                                 {"learned", NeeMode::kLearned}});
   tree.learn_nee = options_.nee == NeeMode::kLearned;
-  if (given.Has("lights")) options_.learn_lights = given.Choice<bool>("lights", {{"power", false}, {"learned", true}});
+  options_.learn_lights = given.ChoiceOr("lights", options_.learn_lights, {{"power", false}, {"learned", true}});
   if (options_.learn_lights) light_groups_ = survey.light_groups;
-  if (given.Has("target")) {
-    tree.target = given.Choice<Tree::Target>("target", {{"radiance", Tree::Target::kRadiance},
-                                                        {"simple", Tree::Target::kSimple},
-                                                        {"full", Tree::Target::kFull},
-                                                        {"switching", Tree::Target::kSwitching}});
-  }
-  if (given.Has("reconstruction")) {
-    tree.reconstruction = given.Choice<Tree::Reconstruction>(
-        "reconstruction", {{"none", Tree::Reconstruction::kNone},
-                           {"dense", Tree::Reconstruction::kDense},
-                           {"dense-unlimited", Tree::Reconstruction::kDenseUnlimited},
-                           {"native", Tree::Reconstruction::kNative}});
-  }
-  if (given.Has("dense-sigma")) tree.dense_sigma = static_cast<float>(given.Number("dense-sigma", 0.1, 3));
-  if (given.Has("product")) options_.product = given.Choice<bool>("product", {{"on", true}, {"off", false}});
+  tree.target = given.ChoiceOr("target", tree.target,
+                               {{"radiance", Tree::Target::kRadiance},
+                                {"simple", Tree::Target::kSimple},
+                                {"full", Tree::Target::kFull},
+                                {"switching", Tree::Target::kSwitching}});
+  tree.reconstruction = given.ChoiceOr("reconstruction", tree.reconstruction,
+                                       {{"none", Tree::Reconstruction::kNone},
+                                        {"dense", Tree::Reconstruction::kDense},
+                                        {"dense-unlimited", Tree::Reconstruction::kDenseUnlimited},
+                                        {"native", Tree::Reconstruction::kNative}});
+  tree.dense_sigma = static_cast<float>(given.NumberOr("dense-sigma", tree.dense_sigma, 0.1, 3));
+  options_.product = given.ChoiceOr("product", options_.product, {{"on", true}, {"off", false}});
   if (options_.product && !given.Has("target")) tree.target = Tree::Target::kRadiance;
   if (options_.product && tree.target != Tree::Target::kRadiance) {
     throw Error(
@@ -143,34 +133,25 @@ SdTreeMethod::SdTreeMethod(const JobSpec& job, const Survey& survey)
         "option 'product' of method 'sdtree' needs target=radiance: the other targets contain the BSDF already, "
         "which the product would count twice");
   }
-  if (given.Has("learn")) {
-    options_.learn = given.Choice<Learn>(
-        "learn", {{"all", Learn::kAll}, {"weighted", Learn::kWeighted}, {"indirect", Learn::kIndirect}});
-  }
-  if (given.Has("roulette")) {
-    options_.roulette = given.Choice<Roulette>("roulette", {{"throughput", Roulette::kThroughput},
-                                                            {"contribution", Roulette::kContribution},
-                                                            {"pixel", Roulette::kPixel}});
-  }
-  if (given.Has("combine")) {
-    options_.combination = given.Choice<Combination>("combine", {{"discard", Combination::kDiscard},
-                                                                 {"automatic", Combination::kAutomatic},
-                                                                 {"inverse-variance", Combination::kInverseVariance}});
-  }
-  if (given.Has("spatial-filter")) {
-    tree.spatial_filter =
-        given.Choice<Tree::SpatialFilter>("spatial-filter", {{"nearest", Tree::SpatialFilter::kNearest},
-                                                             {"stochastic", Tree::SpatialFilter::kStochastic},
-                                                             {"box", Tree::SpatialFilter::kBox}});
-  }
-  if (given.Has("directional-filter")) {
-    tree.directional_filter = given.Choice<Tree::DirectionalFilter>(
-        "directional-filter", {{"nearest", Tree::DirectionalFilter::kNearest}, {"box", Tree::DirectionalFilter::kBox}});
-  }
+  options_.learn = given.ChoiceOr(
+      "learn", options_.learn, {{"all", Learn::kAll}, {"weighted", Learn::kWeighted}, {"indirect", Learn::kIndirect}});
+  options_.roulette = given.ChoiceOr(
+      "roulette", options_.roulette,
+      {{"throughput", Roulette::kThroughput}, {"contribution", Roulette::kContribution}, {"pixel", Roulette::kPixel}});
+  options_.combination = given.ChoiceOr("combine", options_.combination,
+                                        {{"discard", Combination::kDiscard},
+                                         {"automatic", Combination::kAutomatic},
+                                         {"inverse-variance", Combination::kInverseVariance}});
+  tree.spatial_filter = given.ChoiceOr("spatial-filter", tree.spatial_filter,
+                                       {{"nearest", Tree::SpatialFilter::kNearest},
+                                        {"stochastic", Tree::SpatialFilter::kStochastic},
+                                        {"box", Tree::SpatialFilter::kBox}});
+  tree.directional_filter =
+      given.ChoiceOr("directional-filter", tree.directional_filter,
+                     {{"nearest", Tree::DirectionalFilter::kNearest}, {"box", Tree::DirectionalFilter::kBox}});
   if (given.Has("bsdf-fraction")) ReadBsdfFraction(given, &tree);
-  if (given.Has("spatial-threshold"))
-    tree.spatial_threshold = static_cast<float>(given.Number("spatial-threshold", 1, 1e12));
-  if (given.Has("flux-threshold")) tree.flux_threshold = static_cast<float>(given.Number("flux-threshold", 1e-3, 1));
+  tree.spatial_threshold = static_cast<float>(given.NumberOr("spatial-threshold", tree.spatial_threshold, 1, 1e12));
+  tree.flux_threshold = static_cast<float>(given.NumberOr("flux-threshold", tree.flux_threshold, 1e-3, 1));
   if (given.Has("max-depth")) tree.max_directional_depth = given.Integer("max-depth", 1, 20);
   if (given.Text("training") != "auto") options_.training = given.Integer("training", 0, 30);
   tree.Validate();

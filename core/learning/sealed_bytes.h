@@ -12,14 +12,6 @@
 
 namespace lodestar {
 
-// Four letters that name a kind of document, as they appear in its first four bytes.
-constexpr uint32_t DocumentMagic(const char (&letters)[5]) {
-  return static_cast<uint32_t>(static_cast<unsigned char>(letters[0])) |
-         static_cast<uint32_t>(static_cast<unsigned char>(letters[1])) << 8 |
-         static_cast<uint32_t>(static_cast<unsigned char>(letters[2])) << 16 |
-         static_cast<uint32_t>(static_cast<unsigned char>(letters[3])) << 24;
-}
-
 // A writer whose first bytes are the envelope's; finish it with Seal.
 ByteWriter OpenDocument(uint32_t magic, uint32_t version);
 Bytes Seal(ByteWriter&& document);

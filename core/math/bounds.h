@@ -12,9 +12,6 @@ struct Bounds3 {
   bool empty() const { return !(min.x <= max.x && min.y <= max.y && min.z <= max.z); }
   Vec3 Diagonal() const { return max - min; }
   Vec3 Center() const { return min * 0.5f + max * 0.5f; }
-  bool Contains(Vec3 p) const {
-    return p.x >= min.x && p.x <= max.x && p.y >= min.y && p.y <= max.y && p.z >= min.z && p.z <= max.z;
-  }
   void Extend(Vec3 p) {
     min = Min(min, p);
     max = Max(max, p);

@@ -26,7 +26,7 @@ struct Rgb {
   friend bool operator==(Rgb, Rgb) = default;
 };
 
-// Rec. 709 luminance, the `lum` of docs/algorithms.
+// Rec. 709 luminance.
 inline float Luminance(Rgb c) {
   return 0.212671f * c.r + 0.715160f * c.g + 0.072169f * c.b;
 }

@@ -14,12 +14,10 @@ namespace lodestar {
 
 class Accelerator {
  public:
-  enum class Quality { kMedium, kHigh };
-  // kHigh splits triangles in space: measured no faster on the shared scenes, in rays, than kMedium, at a longer build.
   // groups[0] is the world. Groups, instances, textures and materials must outlive the accelerator and stay where they
   // are.
   Accelerator(const std::vector<GeometryGroup>& groups, const std::vector<Instance>& instances,
-              const TextureTable& textures, const MaterialTable& materials, Quality quality = Quality::kMedium);
+              const TextureTable& textures, const MaterialTable& materials);
   ~Accelerator();
   Accelerator(const Accelerator&) = delete;
   Accelerator& operator=(const Accelerator&) = delete;

@@ -24,8 +24,7 @@ struct SourceLocation {
   std::string ToString() const;
 };
 
-// ---- textures
-// -------------------------------------------------------------------------------------------------------------------------------
+// ---- textures ----
 
 // A value that is constant or comes from a texture; `texture` indexes SceneDescription::textures, and wins where set.
 struct RgbValue {
@@ -78,8 +77,7 @@ struct TextureDescription {
   SourceLocation where;
 };
 
-// ---- materials
-// ------------------------------------------------------------------------------------------------------------------------------
+// ---- materials ----
 
 // Roughness as a GGX alpha after remapping has been applied for constants; `remap` remains for textured roughness
 // (alpha = sqrt(roughness)).
@@ -132,8 +130,7 @@ struct MaterialDescription {
   SourceLocation where;
 };
 
-// ---- shapes
-// ---------------------------------------------------------------------------------------------------------------------------------
+// ---- shapes ----
 
 struct TriangleMesh {
   std::vector<Vec3> positions;  // object space
@@ -181,8 +178,7 @@ struct InstanceDescription {
   SourceLocation where;
 };
 
-// ---- lights, camera, film
-// -----------------------------------------------------------------------------------------------------------------------
+// ---- lights, camera, film ----
 
 struct PointLight {
   Rgb intensity;  // W/sr; scale, power and exposure applied

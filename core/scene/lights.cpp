@@ -5,22 +5,14 @@
 namespace lodestar {
 namespace {
 
-Vec3 ToVec3(const std::array<double, 3>& v) {
-  return {float(v[0]), float(v[1]), float(v[2])};
-}
 // Small emission must not vanish in the table, nor huge emission overflow its sum.
 double Power(Rgb c) {
   return double(c.r) + double(c.g) + double(c.b);
 }
 
-float MaxAbs(Vec3 v) {
-  return MaxComponent(Abs(v));
-}
-
 }  // namespace
 
-// ---- compile
-// --------------------------------------------------------------------------------------------------------------------------------
+// ---- compile ----
 
 int32_t LightTable::AddArea(Light light, const Emission& emission, double area) {
   light.two_sided = emission.two_sided;
@@ -35,7 +27,7 @@ int32_t LightTable::AddArea(Light light, const Emission& emission, double area) 
 int32_t LightTable::AddTriangle(const LightTriangle& triangle, const Emission& emission, const TriangleUvs& uvs) {
   Light light(Kind::kTriangle);
   light.triangle = triangle;
-  light.extent = std::max(MaxAbs(triangle.e1), MaxAbs(triangle.e2));
+  light.extent = std::max(MaxComponent(Abs(triangle.e1)), MaxComponent(Abs(triangle.e2)));
   if (!emission.hidden && (emission.alpha.texture >= 0 || emission.alpha.value < 1)) {
     light.side = static_cast<int32_t>(alphas_.size());
     alphas_.push_back({emission.alpha, uvs});
@@ -160,8 +152,7 @@ void LightTable::Finish(const Bounds3& bounds) {
   groups_ = LightGroups(placed);
 }
 
-// ---- use
-// ------------------------------------------------------------------------------------------------------------------------------------
+// ---- use ----
 
 std::optional<LightSample> LightTable::Sample(const TextureTable& textures, Vec3 p, double u_pick, Vec2 u,
                                               LightGroupWeights weights) const {
@@ -253,7 +244,8 @@ std::optional<LightSample> LightTable::SampleArea(const Light& light, const Text
     if (IsBlack(sample.radiance)) return {};
   }
   // Off the light by its own error and what a test along the whole way there rounds.
-  const float pull = kPointFactor * MaxAbs(d->point) + kExtentFactor * light.extent + 8 * kRound * Length(d->point - p);
+  const float pull =
+      kPointFactor * MaxComponent(Abs(d->point)) + kExtentFactor * light.extent + 8 * kRound * Length(d->point - p);
   sample.target = d->point + n * (cosine > 0 ? pull : -pull);
   return sample;
 }

@@ -57,7 +57,6 @@ class LightTable {
   bool has_area_lights() const { return has_area_lights_; }
   bool has_unseen_lights() const { return !unseen_.empty(); }
   size_t size() const { return lights_.size(); }
-  float PickProbability(int32_t light) const { return lights_[light].pick; }
   size_t memory_bytes() const;
 
  private:

@@ -112,8 +112,7 @@ SceneDescription PbrtBuilder::Finish(const SourceLocation& end) {
   return std::move(scene_);
 }
 
-// ---- arguments
-// ----------------------------------------------------------------------------------------------------------------------------
+// ---- arguments ----
 
 Token PbrtBuilder::Need(const char* what) {
   auto token = in_->Next();
@@ -165,8 +164,7 @@ void PbrtBuilder::UnknownType(const Token& directive, const std::string& type, c
          "pbrt-v4 has no " + directive.text + " \"" + type + "\"; supported here: " + known);
 }
 
-// ---- transforms
-// ---------------------------------------------------------------------------------------------------------------------------
+// ---- transforms ----
 
 void PbrtBuilder::Set(const Token& directive, const Transform& transform) {
   if (!IsFinite(transform) || !transform.Invertible())
@@ -249,8 +247,7 @@ void PbrtBuilder::ActiveTransform(const Token& directive) {
   state_.transforms_active = !which.IsWord("EndTime");
 }
 
-// ---- blocks
-// -------------------------------------------------------------------------------------------------------------------------------
+// ---- blocks ----
 
 void PbrtBuilder::Begin(const Token& directive) {
   if (blocks_.size() >= kMaxBlocks)
@@ -313,8 +310,7 @@ void PbrtBuilder::Version3(const Token& directive) {
          directive.text + " belongs to an older pbrt; convert the file with pbrt-v4's \"pbrt --upgrade\"");
 }
 
-// ---- files in files
-// -------------------------------------------------------------------------------------------------------------------------
+// ---- files in files ----
 
 void PbrtBuilder::IncludeFile(const Token& directive) {
   const std::string name = NeedString("a file name");

@@ -70,25 +70,13 @@ void PbrtBuilder::PixelFilter(const Token& directive) {
   const std::string type = NeedString("a filter's name");
   PbrtParams params = Params(directive, type);
   if (type == "sinc") return refusals_.Refuse(directive.where(), params.label() + " is not supported; use mitchell");
-  using Kind = PixelFilterDescription::Kind;
-  PixelFilterDescription filter;
-  if (type == "box") {
-    filter.kind = Kind::kBox;
-    filter.radius_x = filter.radius_y = 0.5f;
-  } else if (type == "triangle") {
-    filter.kind = Kind::kTriangle;
-    filter.radius_x = filter.radius_y = 2;
-  } else if (type == "gaussian") {
-    filter.kind = Kind::kGaussian;
-    filter.radius_x = filter.radius_y = 1.5f;
-    filter.sigma = params.PositiveFloat("sigma", 0.5f);
-  } else if (type == "mitchell") {
-    filter.kind = Kind::kMitchell;
-    filter.radius_x = filter.radius_y = 2;
-    filter.b = params.Float("B", 1 / 3.0f);
-    filter.c = params.Float("C", 1 / 3.0f);
-  } else {
+  if (!IsOneOf(type, {"box", "triangle", "gaussian", "mitchell"}))
     UnknownType(directive, type, "box, triangle, gaussian, mitchell");
+  PixelFilterDescription filter = PixelFilterDescription::Named(type);
+  if (type == "gaussian") filter.sigma = params.PositiveFloat("sigma", filter.sigma);
+  if (type == "mitchell") {
+    filter.b = params.Float("B", filter.b);
+    filter.c = params.Float("C", filter.c);
   }
   filter.radius_x = params.PositiveFloat("xradius", filter.radius_x);
   filter.radius_y = params.PositiveFloat("yradius", filter.radius_y);

@@ -160,8 +160,7 @@ void PbrtBuilder::AddShape(ShapeDescription shape) {
   (current_object_ >= 0 ? scene_.objects[current_object_].shapes : scene_.shapes).push_back(std::move(shape));
 }
 
-// ---- instances
-// ----------------------------------------------------------------------------------------------------------------------------
+// ---- instances ----
 
 void PbrtBuilder::ObjectBegin(const Token& directive) {
   InWorld(directive);

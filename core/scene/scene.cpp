@@ -38,7 +38,7 @@ std::shared_ptr<const Scene> Scene::Compile(const SceneDescription& description)
   scene->needs_ = FindNeeds(description, parts);
   scene->filter_ = description.filter;
   scene->max_depth_ = description.max_depth;
-  scene->hash_ = HashScene(description, parts, scene->resolution_x_, scene->resolution_y_);
+  scene->hash_ = HashScene(description, parts);
   scene->memory_bytes_ = parts.textures.memory_bytes() + parts.materials.memory_bytes() + parts.lights.memory_bytes() +
                          parts.accelerator->memory_bytes();
   for (const auto& group : parts.groups) {
@@ -76,7 +76,7 @@ std::optional<LightSample> Scene::SampleUnseenLight(Vec3 p, double u_pick, Vec2 
 Rgb Scene::Emitted(const SurfaceInteraction& si, Vec3 wo_world) const {
   return si.light < 0 ? Rgb() : impl_->lights.Emitted(si.light, si.ng, wo_world);
 }
-float Scene::LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3) const {
+float Scene::LightPdf(Vec3 from, const SurfaceInteraction& si) const {
   return si.light < 0 ? 0 : impl_->lights.Pdf(from, si);
 }
 EnvironmentSample Scene::Environment(Vec3 wi) const {

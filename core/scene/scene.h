@@ -77,7 +77,7 @@ class Scene {
   // Radiance leaving the emitter of si towards wo_world (world space).
   Rgb Emitted(const SurfaceInteraction& si, Vec3 wo_world) const;
   // Density with which SampleLight(from, ..) produces the direction to si, by power.
-  float LightPdf(Vec3 from, const SurfaceInteraction& si, Vec3 wi) const;
+  float LightPdf(Vec3 from, const SurfaceInteraction& si) const;
   // Of a ray that left the scene; both at once cost little more than one.
   EnvironmentSample Environment(Vec3 wi) const;
   // Probability of picking each group by power; empty without light.

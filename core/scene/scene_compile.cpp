@@ -3,17 +3,13 @@
 
 #include "core/base/error.h"
 #include "core/base/log.h"
+#include "core/base/overloaded.h"
 #include "core/image/image.h"
 #include "core/math/elementary.h"
 #include "core/scene/scene_parts.h"
 
 namespace lodestar {
 namespace {
-
-template <class... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
 
 [[noreturn]] void Fail(const SourceLocation& where, const std::string& why) {
   throw Error(ErrorKind::kInvalidInput, where.ToString() + ": " + why);

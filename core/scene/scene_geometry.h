@@ -67,12 +67,22 @@ struct Affine {
   static Affine From(const Transform::Matrix& matrix);
 };
 
+inline Vec3 ToVec3(const std::array<double, 3>& v) {
+  return {float(v[0]), float(v[1]), float(v[2])};
+}
+
 struct Quadric {
   Affine group_from_object, object_from_group;
   double radius = 1, inner_radius = 0, height = 0;
   float scale = 1;  // largest stretch of group_from_object times the radius
   bool reverse = false;
   MeshRecord record;  // material, flags, alpha; first_light is its light
+
+  // Half of what the ellipsoid (of a sphere) or the ellipse (of a disk) spans along an axis of the group.
+  double HalfExtent(int axis, bool sphere) const {
+    const double* row = group_from_object.m.data() + axis * 4;
+    return radius * std::sqrt(row[0] * row[0] + row[1] * row[1] + (sphere ? row[2] * row[2] : 0));
+  }
 };
 
 // Shapes that share a coordinate system: the world's, or an object definition's.

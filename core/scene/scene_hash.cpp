@@ -7,6 +7,7 @@
 
 #include "core/base/bytes.h"
 #include "core/base/error.h"
+#include "core/base/overloaded.h"
 #include "core/scene/scene_parts.h"
 
 namespace lodestar {
@@ -64,11 +65,6 @@ class Hasher {
   }
   ByteWriter bytes_;
   std::map<std::string, std::string> files_;
-};
-
-template <class... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
 };
 
 void HashTexture(const TextureDescription& texture, Hasher& put) {
@@ -222,8 +218,7 @@ void HashEmission(const ShapeDescription& shape, Hasher& put) {
 
 }  // namespace
 
-ContentHash HashScene(const SceneDescription& description, const SceneParts& parts, int resolution_x,
-                      int resolution_y) {
+ContentHash HashScene(const SceneDescription& description, const SceneParts& parts) {
   Hasher put;
   put(uint32_t{1});  // version of this document
   for (const auto& group : parts.groups) {
@@ -254,8 +249,8 @@ ContentHash HashScene(const SceneDescription& description, const SceneParts& par
   for (const float edge : camera.screen_window) put(edge);
   put(camera.lens_radius);
   put(camera.focal_distance);
-  put(resolution_x);
-  put(resolution_y);
+  put(description.resolution_x);
+  put(description.resolution_y);
   const PixelFilterDescription& filter = description.filter;
   put(filter.kind);
   put(filter.radius_x);

@@ -7,13 +7,6 @@
 namespace lodestar {
 namespace {
 
-float MaxAbs(Vec3 v) {
-  return std::max(std::fabs(v.x), std::max(std::fabs(v.y), std::fabs(v.z)));
-}
-Vec3 ToVec3(const std::array<double, 3>& v) {
-  return {float(v[0]), float(v[1]), float(v[2])};
-}
-
 // Moves an interaction from its group's space to the world.
 void ToWorld(const Instance& instance, Vec3 tangent, bool needs_tangent, SurfaceInteraction* si) {
   const Vec3 p = si->p;
@@ -27,8 +20,8 @@ void ToWorld(const Instance& instance, Vec3 tangent, bool needs_tangent, Surface
                                     ns, ToVec3(instance.world_from_group.Vector(tangent.x, tangent.y, tangent.z)))
                               : Frame::FromNormal(ns);
   // The ray is moved into the group in floats: both spaces' roundings count.
-  si->offset = instance.stretch * si->offset + kPointFactor * (MaxAbs(si->p) + instance.stretch * MaxAbs(p)) +
-               instance.ray_error;
+  si->offset = instance.stretch * si->offset +
+               kPointFactor * (MaxComponent(Abs(si->p)) + instance.stretch * MaxComponent(Abs(p))) + instance.ray_error;
 }
 
 // Direction of growing u; zero where the uvs are degenerate.
@@ -59,9 +52,10 @@ SurfaceInteraction InteractTriangle(const SceneParts& parts, const GeometryGroup
   const float inverse_area = 1 / std::sqrt(LengthSquared(cross));
   Vec3 ng = cross * inverse_area;
   // A sliver's normal, here and in the intersector, is less certain by its aspect ratio.
-  const float extent = std::max(MaxAbs(e1), MaxAbs(e2));
+  const float extent = std::max(MaxComponent(Abs(e1)), MaxComponent(Abs(e2)));
   const float aspect = std::min(extent * extent * inverse_area, 1e3f);
-  si.offset = kPointFactor * std::max(MaxAbs(a.p), MaxAbs(si.p)) + kExtentFactor * extent * std::max(aspect, 1.0f);
+  si.offset = kPointFactor * std::max(MaxComponent(Abs(a.p)), MaxComponent(Abs(si.p))) +
+              kExtentFactor * extent * std::max(aspect, 1.0f);
 
   Vec3 ns;
   if (mesh.flags & MeshRecord::kHasNormals) {
@@ -106,7 +100,7 @@ SurfaceInteraction InteractQuadric(const SceneParts& parts, const GeometryGroup&
   const Vec3 object_normal = sphere ? hit.ng : Vec3{0, 0, 1};
   si.ng = Normalize(ToVec3(q.object_from_group.Transposed(object_normal.x, object_normal.y, object_normal.z)));
   if (q.reverse) si.ng = -si.ng;
-  si.offset = kPointFactor * MaxAbs(si.p) + kExtentFactor * q.scale;
+  si.offset = kPointFactor * MaxComponent(Abs(si.p)) + kExtentFactor * q.scale;
   const bool needs_tangent = q.record.flags & MeshRecord::kNeedsTangent;
   if (q.record.flags & MeshRecord::kNeedsUv) si.uv = HitUv(group, hit.geometry, hit.primitive, hit.u, hit.v, hit.ng);
   const Vec3 tangent = needs_tangent ? ToVec3(q.group_from_object.Vector(-y, x, 0)) : Vec3{};

@@ -1,14 +1,10 @@
 #include "core/scene/scene_materials.h"
 
+#include "core/base/overloaded.h"
 #include "core/scene/mix_order.h"
 
 namespace lodestar {
 namespace {
-
-template <class... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
 
 Rgb Reflectance(Rgb c) {
   return Clamp(c, 0, 1);

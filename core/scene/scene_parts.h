@@ -48,6 +48,6 @@ SurfaceInteraction Interact(const SceneParts& parts, const Ray& ray, const Hit& 
 void CompileGeometry(const SceneDescription& description, SceneParts* parts);
 void CompileLights(const SceneDescription& description, SceneParts* parts);
 SceneNeeds FindNeeds(const SceneDescription& description, const SceneParts& parts);
-ContentHash HashScene(const SceneDescription& description, const SceneParts& parts, int resolution_x, int resolution_y);
+ContentHash HashScene(const SceneDescription& description, const SceneParts& parts);
 
 }  // namespace lodestar

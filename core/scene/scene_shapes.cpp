@@ -2,19 +2,21 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/base/overloaded.h"
 #include "core/scene/ply.h"
 #include "core/scene/scene_parts.h"
 
 namespace lodestar {
 namespace {
 
-template <class... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
-
 [[noreturn]] void Fail(ErrorKind kind, const SourceLocation& where, const std::string& why) {
   throw Error(kind, where.ToString() + ": " + why);
+}
+
+// The emission's radiance, scaled so that the whole light, of this area, gives `power` watts (luminous, Y).
+Rgb RadianceOfPower(const LightTable::Emission& emission, float power, double area) {
+  return emission.radiance *
+         static_cast<float>(power / (double(kPi) * area * (emission.two_sided ? 2 : 1) * Luminance(emission.radiance)));
 }
 
 }  // namespace
@@ -179,9 +181,7 @@ void ShapeCompiler::AddMesh(const TriangleMesh& mesh, const Surface& surface, Ge
     if (surface.shape.light->power > 0) {
       double area = 0;
       for (const auto& t : emitters) area += t.area;
-      emission.radiance *=
-          static_cast<float>(surface.shape.light->power /
-                             (double(kPi) * area * (emission.two_sided ? 2 : 1) * Luminance(emission.radiance)));
+      emission.radiance = RadianceOfPower(emission, surface.shape.light->power, area);
     }
     for (size_t i = 0; i < emitters.size(); ++i) {
       const int32_t light = parts_.lights.AddTriangle(emitters[i], emission, emitter_uvs[i]);
@@ -204,8 +204,7 @@ void ShapeCompiler::AddQuadric(Quadric q, bool sphere, const Surface& surface, G
   for (int axis = 0; axis < 3; ++axis)
     longest = std::max(longest, std::sqrt(m[axis] * m[axis] + m[4 + axis] * m[4 + axis] + m[8 + axis] * m[8 + axis]));
   for (int axis = 0; axis < 3; ++axis) {
-    const double* row = m.data() + axis * 4;
-    const double half = q.radius * std::sqrt(row[0] * row[0] + row[1] * row[1] + (sphere ? row[2] * row[2] : 0));
+    const double half = q.HalfExtent(axis, sphere);
     box.min[axis] = static_cast<float>(center[axis] - half);
     box.max[axis] = static_cast<float>(center[axis] + half);
   }
@@ -225,9 +224,7 @@ void ShapeCompiler::AddQuadric(Quadric q, bool sphere, const Surface& surface, G
       const double area =
           sphere ? 4 * double(kPi) * Sqr(q.scale)
                  : double(kPi) * (q.radius * q.radius - q.inner_radius * q.inner_radius) * Sqr(float(longest));
-      emission.radiance *=
-          static_cast<float>(surface.shape.light->power /
-                             (double(kPi) * area * (emission.two_sided ? 2 : 1) * Luminance(emission.radiance)));
+      emission.radiance = RadianceOfPower(emission, surface.shape.light->power, area);
     }
     q.record.first_light = sphere ? parts_.lights.AddSphere(q, emission) : parts_.lights.AddDisk(q, emission);
   }

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "core/base/error.h"
+#include "core/base/overloaded.h"
 
 namespace lodestar {
 namespace {
@@ -12,11 +13,6 @@ namespace {
 Vec2 Map(const UvMapping& m, Vec2 uv) {
   return {m.su * uv.x + m.du, m.sv * uv.y + m.dv};
 }
-
-template <class... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
 
 }  // namespace
 

@@ -20,9 +20,17 @@
 // - float PixelLuminance(uint32_t x, uint32_t y) const
 //     estimate of a pixel; 0: not known
 //
-// and, where kRecords, what the tracer calls after each path (PathTracer):
+// and, for the tracer (PathTracer),
 //
+// - static constexpr bool kRecords: whether it learns from paths
+// - struct Scratch, room for Record() that the paths of a unit share
+//
+// and, where kRecords,
+//
+// - uint32_t Local::leaf
+//     where in the guide the vertex is, as Record() finds it in PathVertex::leaf
 // - void Record(std::span<const PathVertex>, const PixelSample&, Scratch*, Statistics*) const
+//     what the tracer calls after each path
 // - static constexpr bool kUsesAlpha: whether that looks at PathVertex::alpha
 #pragma once
 

@@ -194,7 +194,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     if (si.light >= 0) {
       emitted = scene_.Emitted(si, -ray.direction);
       if (previous_pdf > 0 && weighted && !IsBlack(emitted)) {
-        float light_pdf = previous_nee * scene_.LightPdf(previous_p, si, ray.direction);
+        float light_pdf = previous_nee * scene_.LightPdf(previous_p, si);
         if constexpr (kGuided) light_pdf *= previous_lights.empty() ? 1 : scene_.LightRatio(previous_lights, si.light);
         emission_weight = previous_pdf / (previous_pdf + light_pdf);
       }

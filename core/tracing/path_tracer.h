@@ -41,8 +41,8 @@ class PathTracer final : public Tracer {
   template <unsigned kFeatures>
   Rgb TraceWith(const Round& round, uint32_t x, uint32_t y, uint32_t pass) const;
   template <unsigned kFeatures>
-  Rgb Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, uint32_t pass, Sampler& sampler,
-             float* filter_weight, PathCounters* counters, std::vector<PathVertex>* vertices) const;
+  Rgb Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, Sampler& sampler, float* filter_weight,
+             PathCounters* counters, std::vector<PathVertex>* vertices) const;
 
   static constexpr unsigned kMask = Guide::kRecords ? kKernelVariants - 1 : (kKernelVariants - 1) & ~kRecord;
   unsigned Features(bool record) const { return KernelFeatures(scene_->needs()) | (record ? kRecord : 0u); }
@@ -57,9 +57,8 @@ class PathTracer final : public Tracer {
 
 template <class Guide>
 template <unsigned kFeatures>
-Rgb PathTracer<Guide>::Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, uint32_t pass,
-                              Sampler& sampler, float* filter_weight, PathCounters* counters,
-                              std::vector<PathVertex>* vertices) const {
+Rgb PathTracer<Guide>::Sample(const PathKernel<kFeatures, Guide>& kernel, uint32_t x, uint32_t y, Sampler& sampler,
+                              float* filter_weight, PathCounters* counters, std::vector<PathVertex>* vertices) const {
   const FilterSample filter = filter_.Sample(sampler.Next2D());
   const Vec2 film{static_cast<float>(x) + 0.5f + filter.offset.x, static_cast<float>(y) + 0.5f + filter.offset.y};
   *filter_weight = filter.weight;
@@ -87,7 +86,7 @@ bool PathTracer<Guide>::ExecuteWith(const Round& round, uint32_t unit, const Sto
         Sampler sampler(seed_, x, y, pass, round.iteration);
         const PixelSample pixel{x, y, sampler.key()};
         float filter_weight;
-        const Rgb sample = Sample(kernel, x, y, pass, sampler, &filter_weight, &counters, &vertices);
+        const Rgb sample = Sample(kernel, x, y, sampler, &filter_weight, &counters, &vertices);
         if (counters.zero_pdf > 0) [[unlikely]] {
           into->health.Count(HealthEvent::kZeroPdf, x, y, pass, round.iteration);
           counters.zero_pdf = 0;
@@ -114,7 +113,7 @@ Rgb PathTracer<Guide>::TraceWith(const Round& round, uint32_t x, uint32_t y, uin
   PathCounters counters;
   std::vector<PathVertex> vertices;
   float filter_weight;
-  return Sample(kernel, x, y, pass, sampler, &filter_weight, &counters, &vertices);
+  return Sample(kernel, x, y, sampler, &filter_weight, &counters, &vertices);
 }
 
 }  // namespace lodestar

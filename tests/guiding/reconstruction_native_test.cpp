@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "core/guiding/reconstruction_lanes.h"
 #include "core/guiding/reconstruction_shrinkage.h"
@@ -16,6 +15,7 @@ using directional::ReconstructNative;
 using directional::Tree;
 using synthetic::ForEachCell;
 using synthetic::RecordedTree;
+using synthetic::SameNodes;
 
 double Lobe(Vec3 axis, double kappa, Vec3 w) {
   return kappa * std::exp(kappa * (static_cast<double>(Dot(Normalize(axis), w)) - 1));
@@ -27,10 +27,6 @@ double Lamp(Vec3 w) {
   return 0.01 + Lobe({1, 2, 1}, 2000, w);
 }
 
-bool SameNodes(const Tree& a, const Tree& b) {
-  return a.nodes.size() == b.nodes.size() &&
-         std::memcmp(a.nodes.data(), b.nodes.data(), a.nodes.size() * sizeof(DirectionalNode)) == 0;
-}
 double Density(const Tree& tree, float x, float y) {
   return directional::Locate(tree.nodes.data(), Vec2{x, y}).density / kUniformSpherePdf;
 }

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "core/guiding/reconstruction_blur.h"
 #include "tests/guiding/recorded_tree.h"
@@ -12,6 +11,7 @@ namespace lodestar {
 namespace {
 
 using directional::CellMasses;
+using synthetic::SameNodes;
 
 // The document's algorithm as it is told, without any of its or our shortcuts: flat arrays, a two-dimensional kernel,
 // every layer expanded to the finest. Returns the matrix that is rebuilt, row by row.
@@ -107,10 +107,6 @@ TEST(DenseReconstruction, FollowsTheDocument) {
   }
 }
 
-bool SameNodes(const directional::Tree& a, const directional::Tree& b) {
-  return a.nodes.size() == b.nodes.size() &&
-         std::memcmp(a.nodes.data(), b.nodes.data(), a.nodes.size() * sizeof(DirectionalNode)) == 0;
-}
 double Lamp(Vec3 w) {
   return 0.01 + 100 * std::exp(2000 * (static_cast<double>(Dot(Normalize(Vec3{1, 2, 1}), w)) - 1));
 }

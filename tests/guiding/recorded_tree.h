@@ -2,6 +2,7 @@
 // with heavy-tailed weights, over rounds in which each tree guides the next.
 #pragma once
 
+#include <cstring>
 #include <functional>
 
 #include "core/guiding/reconstruction.h"
@@ -30,6 +31,12 @@ using Reconstruct =
 
 inline directional::Tree Plain(const directional::CellMasses& m, double flux_threshold, int max_depth) {
   return directional::Rebuild(m.nodes, m.node_count, m.total, flux_threshold, max_depth);
+}
+
+// To the bit.
+inline bool SameNodes(const directional::Tree& a, const directional::Tree& b) {
+  return a.nodes.size() == b.nodes.size() &&
+         std::memcmp(a.nodes.data(), b.nodes.data(), a.nodes.size() * sizeof(DirectionalNode)) == 0;
 }
 
 inline double Normal(uint64_t& rng) {

@@ -169,7 +169,7 @@ TEST(LightGroups, SamplesHaveTheDensityThatIsAskedForAfterwards) {
     } else if (scene->Intersect(ray, &hit)) {
       const auto si = scene->Interaction(ray, hit);
       if (si.light < 0) continue;  // past the rim
-      EXPECT_NEAR(s->pdf / (scene->LightPdf({0, 0, 0}, si, s->wi) * scene->LightRatio(weights, si.light)), 1, 1e-3);
+      EXPECT_NEAR(s->pdf / (scene->LightPdf({0, 0, 0}, si) * scene->LightRatio(weights, si.light)), 1, 1e-3);
     }
   }
   for (const int count : seen) EXPECT_GT(count, 50);
@@ -196,7 +196,7 @@ test::Moments Irradiance(const Scene& scene, LightGroupWeights weights, uint64_t
       const auto si = scene.Interaction(ray, hit);
       radiance = scene.Emitted(si, -w);
       if (!IsBlack(radiance))
-        light_pdf = scene.LightPdf(p, si, w) * (weights.empty() ? 1 : scene.LightRatio(weights, si.light));
+        light_pdf = scene.LightPdf(p, si) * (weights.empty() ? 1 : scene.LightRatio(weights, si.light));
     } else {
       const auto sky = scene.Environment(w);
       radiance = sky.radiance;

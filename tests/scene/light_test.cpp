@@ -62,7 +62,7 @@ double PdfByRay(const Scene& scene, Vec3 p, Vec3 w) {
   const Ray ray{p, w, kInfinity};
   if (!scene.Intersect(ray, &hit)) return 0;
   const auto si = scene.Interaction(ray, hit);
-  return si.light < 0 || IsBlack(scene.Emitted(si, -w)) ? 0 : scene.LightPdf(p, si, w);
+  return si.light < 0 || IsBlack(scene.Emitted(si, -w)) ? 0 : scene.LightPdf(p, si);
 }
 
 // Do the samples fill the light as the density asked for by rays says? Eight regions around the light's middle: the

@@ -82,8 +82,7 @@ TEST(PbrtDirectives, NumbersMayBeTinyOrSigned) {
   EXPECT_EQ(Parse("Camera \"perspective\" \" float  fov \" [.5e2] WorldBegin").camera.fov, 50);
 }
 
-// ---- transforms
-// ---------------------------------------------------------------------------------------------------------------------------
+// ---- transforms ----
 
 Vec3 Place(const std::string& text, Vec3 p) {
   return ParseWorld(text + " Shape \"sphere\"").shapes.at(0).world_from_object.Point(p);
@@ -207,8 +206,7 @@ TEST(PbrtDirectives, AttributesAreDefaultsUntilTheirBlockEnds) {
   ExpectRefused({"Attribute \"shape\" \"float phimax\" 90 Shape \"sphere\"", kNo, "2:19", "only whole spheres"}, true);
 }
 
-// ---- files
-// --------------------------------------------------------------------------------------------------------------------------------
+// ---- files ----
 
 TEST(PbrtFiles, IncludesKeepTheStateAndNameTheirOwnPlaces) {
   TemporaryFolder folder;
