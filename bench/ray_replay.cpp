@@ -34,7 +34,7 @@ class RecordingScene {
     log_->push_back({ray, true});
     return scene_.Unoccluded(ray);
   }
-  SurfaceInteraction Interaction(const Ray& ray, const Hit& hit) const { return scene_.Interaction(ray, hit); }
+  SurfaceInteraction Interaction(const Hit& hit) const { return scene_.Interaction(hit); }
   Bsdf BsdfAt(const SurfaceInteraction& si, float u) const { return scene_.BsdfAt(si, u); }
   const Bsdf& ReadyBsdf(const SurfaceInteraction& si) const { return scene_.ReadyBsdf(si); }
   std::optional<LightSample> SampleUnseenLight(Vec3 p, double pick, Vec2 u) const {

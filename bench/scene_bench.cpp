@@ -18,7 +18,6 @@ struct Recording {
   std::shared_ptr<const Scene> scene;
   std::vector<Ray> rays, shadow_rays;
   std::vector<Hit> hits;
-  std::vector<Ray> hit_rays;
   std::vector<SurfaceInteraction> surfaces;
 };
 
@@ -38,9 +37,8 @@ const Recording& Record() {
         r.rays.push_back(ray);
         Hit hit;
         if (!scene.Intersect(ray, &hit)) break;
-        const SurfaceInteraction si = scene.Interaction(ray, hit);
+        const SurfaceInteraction si = scene.Interaction(hit);
         r.hits.push_back(hit);
-        r.hit_rays.push_back(ray);
         r.surfaces.push_back(si);
         const Vec2 pick = sampler.Next2D();
         if (const auto light = scene.SampleLight(si.p, pick.x, sampler.Next2D())) {
@@ -86,7 +84,7 @@ void BM_Unoccluded(benchmark::State& state) {
 }
 void BM_Interaction(benchmark::State& state) {
   const Recording& r = Record();
-  Run(state, r.hits.size(), [&](size_t i) { return r.scene->Interaction(r.hit_rays[i], r.hits[i]); });
+  Run(state, r.hits.size(), [&](size_t i) { return r.scene->Interaction(r.hits[i]); });
 }
 void BM_BsdfAt(benchmark::State& state) {
   const Recording& r = Record();

@@ -32,7 +32,7 @@ std::vector<Segment> Follow(const Scene& scene, SurfaceHit at, const Technique& 
                       Luminance(weight * scene.Environment(ray.direction).radiance)});
       break;
     }
-    at.si = scene.Interaction(ray, hit);
+    at.si = scene.Interaction(hit);
     at.bsdf = scene.BsdfAt(at.si, u_mix);
     const Rgb emitted = at.si.light >= 0 ? scene.Emitted(at.si, -ray.direction) : Rgb();
     path.push_back({ray.origin, at.si.p, Luminance(weight * emitted)});

@@ -92,8 +92,8 @@ float Scene::EnvironmentRatio(LightGroupWeights weights) const {
   return impl_->lights.groups().Ratio(weights, LightGroups::kEnvironments);
 }
 
-SurfaceInteraction Scene::Interaction(const Ray& ray, const Hit& hit) const {
-  return Interact(*impl_, ray, hit);
+SurfaceInteraction Scene::Interaction(const Hit& hit) const {
+  return Interact(*impl_, hit);
 }
 
 }  // namespace lodestar

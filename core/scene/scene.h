@@ -51,7 +51,7 @@ class Scene {
 
   // ---- rays ----
   bool Intersect(const Ray& ray, Hit* hit) const;
-  SurfaceInteraction Interaction(const Ray& ray, const Hit& hit) const;
+  SurfaceInteraction Interaction(const Hit& hit) const;
   // Nothing between the surface point and the target point / direction.
   bool Unoccluded(const Ray& ray) const;
   // The origin of a ray that leaves the surface in direction w without meeting it again.

@@ -115,7 +115,7 @@ SurfaceInteraction InteractQuadric(const SceneParts& parts, const GeometryGroup&
 
 }  // namespace
 
-SurfaceInteraction Interact(const SceneParts& parts, const Ray&, const Hit& hit) {
+SurfaceInteraction Interact(const SceneParts& parts, const Hit& hit) {
   const GeometryGroup& group = parts.groups[hit.instance == Hit::kNoInstance ? 0 : parts.instances[hit.instance].group];
   return hit.geometry <= kFilteredTriangles ? InteractTriangle(parts, group, hit) : InteractQuadric(parts, group, hit);
 }

@@ -42,7 +42,7 @@ class ShapeCompiler {
 };
 
 // The surface at a hit.
-SurfaceInteraction Interact(const SceneParts& parts, const Ray& ray, const Hit& hit);
+SurfaceInteraction Interact(const SceneParts& parts, const Hit& hit);
 
 // Groups, instances, lights, accelerator; `parts` holds textures and materials already.
 void CompileGeometry(const SceneDescription& description, SceneParts* parts);

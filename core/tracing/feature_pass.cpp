@@ -25,7 +25,7 @@ std::optional<SurfaceHit> NextSurface(const Scene& scene, const Ray& ray, uint32
   Hit hit;
   if (!scene.Intersect(ray, &hit)) return std::nullopt;
   SurfaceHit found;
-  found.si = scene.Interaction(ray, hit);
+  found.si = scene.Interaction(hit);
   found.bsdf = scene.BsdfAt(found.si, sampler.Next2D().y);
   found.wo = found.si.shading.ToLocal(-ray.direction);
   found.distance = hit.t;

@@ -186,7 +186,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       break;
     }
     ++counters->vertices;
-    const SurfaceInteraction si = scene_.Interaction(ray, hit);
+    const SurfaceInteraction si = scene_.Interaction(hit);
 
     // Light that the surface itself gives.
     Rgb emitted;

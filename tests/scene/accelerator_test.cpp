@@ -98,7 +98,7 @@ TEST_P(AcceleratorExtremes, OffsetsNeitherSelfIntersectNorLeak) {
     const Ray ray = test::Towards(shift + Normalize(RandomVector(random)) * (4 * scale),
                                   shift + RandomVector(random) * (0.9f * scale));
     if (!box->Intersect(ray, &hit)) continue;
-    const auto si = box->Interaction(ray, hit);
+    const auto si = box->Interaction(hit);
     EXPECT_GT(Dot(si.ng, -ray.direction), 0);
     Vec3 w = Normalize(RandomVector(random));
     if (Dot(w, si.ng) < 0) w = -w;
@@ -115,7 +115,7 @@ TEST_P(AcceleratorExtremes, OffsetsNeitherSelfIntersectNorLeak) {
         ++leaks;
         break;
       }
-      const auto si = slab->Interaction(ray, hit);
+      const auto si = slab->Interaction(hit);
       Vec3 w = Normalize(RandomVector(random));
       if (Dot(w, si.ng) > 0) w = -w;  // stay inside
       ray = {Scene::OffsetOrigin(si, w), w, kInfinity};
@@ -143,12 +143,12 @@ TEST_P(AcceleratorExtremes, SpheresAndDisksHoldToo) {
                                   shift + RandomVector(random) * (0.5f * scale));
     Vec3 w = Normalize(RandomVector(random));
     if (disk->Intersect(ray, &hit)) {
-      const auto si = disk->Interaction(ray, hit);
+      const auto si = disk->Interaction(hit);
       ++disk_rays;
       disk_self += disk->Intersect({Scene::OffsetOrigin(si, w), w, kInfinity}, &hit);
     }
     if (!scene->Intersect(ray, &hit)) continue;
-    const auto si = scene->Interaction(ray, hit);
+    const auto si = scene->Interaction(hit);
     ++rays;
     const float error = std::fabs(Length(si.p - shift) - scale);
     EXPECT_LE(error, si.offset);
@@ -188,7 +188,7 @@ TEST(Accelerator, SliversDoNotHitThemselves) {
     const Ray ray = test::Towards(target + RandomVector(random) * 3, target);
     Hit hit;
     if (!scene->Intersect(ray, &hit)) continue;
-    const auto si = scene->Interaction(ray, hit);
+    const auto si = scene->Interaction(hit);
     const Vec3 w = Normalize(RandomVector(random));
     ++rays;
     Hit again;
@@ -330,7 +330,7 @@ TEST(Accelerator, InterfacesInAMixAreOpacity) {
       ++passed;
       continue;
     }
-    const SurfaceInteraction si = scene->Interaction(ray, hit);
+    const SurfaceInteraction si = scene->Interaction(hit);
     ++met[si.p.z < -0.5f];
     const Bsdf bsdf = scene->BsdfAt(si, random.Next2D().x);
     ASSERT_NE(bsdf.kind(), Bsdf::Kind::kNone);

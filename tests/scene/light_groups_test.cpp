@@ -167,7 +167,7 @@ TEST(LightGroups, SamplesHaveTheDensityThatIsAskedForAfterwards) {
     if (s->infinite) {
       EXPECT_NEAR(s->pdf / (scene->Environment(s->wi).pdf * scene->EnvironmentRatio(weights)), 1, 1e-5);
     } else if (scene->Intersect(ray, &hit)) {
-      const auto si = scene->Interaction(ray, hit);
+      const auto si = scene->Interaction(hit);
       if (si.light < 0) continue;  // past the rim
       EXPECT_NEAR(s->pdf / (scene->LightPdf({0, 0, 0}, si) * scene->LightRatio(weights, si.light)), 1, 1e-3);
     }
@@ -193,7 +193,7 @@ test::Moments Irradiance(const Scene& scene, LightGroupWeights weights, uint64_t
     Rgb radiance;
     float light_pdf = 0;
     if (scene.Intersect(ray, &hit)) {
-      const auto si = scene.Interaction(ray, hit);
+      const auto si = scene.Interaction(hit);
       radiance = scene.Emitted(si, -w);
       if (!IsBlack(radiance))
         light_pdf = scene.LightPdf(p, si) * (weights.empty() ? 1 : scene.LightRatio(weights, si.light));

@@ -61,7 +61,7 @@ double PdfByRay(const Scene& scene, Vec3 p, Vec3 w) {
   Hit hit;
   const Ray ray{p, w, kInfinity};
   if (!scene.Intersect(ray, &hit)) return 0;
-  const auto si = scene.Interaction(ray, hit);
+  const auto si = scene.Interaction(hit);
   return si.light < 0 || IsBlack(scene.Emitted(si, -w)) ? 0 : scene.LightPdf(p, si);
 }
 
@@ -126,7 +126,7 @@ void ExpectConsistent(const Scene& scene, Vec3 p) {
     EXPECT_NEAR(Length(s->wi), 1, 1e-5);
     Hit hit;
     const Ray ray{p, s->wi, kInfinity};
-    if (!scene.Intersect(ray, &hit) || Dot(scene.Interaction(ray, hit).ng, -s->wi) < 0.05f) continue;  // an edge
+    if (!scene.Intersect(ray, &hit) || Dot(scene.Interaction(hit).ng, -s->wi) < 0.05f) continue;  // an edge
     ++compared;
     EXPECT_NEAR(PdfByRay(scene, p, s->wi) / s->pdf, 1, 2e-3);
   }
@@ -264,7 +264,7 @@ TEST(BilinearLight, TwistedPatch) {
     const Vec3 w = SquareToCosineHemisphere(random.Next2D());
     Hit hit;
     const Ray ray{{0, 0, 0}, w, kInfinity};
-    brute.Add(scene->Intersect(ray, &hit) ? scene->Emitted(scene->Interaction(ray, hit), -w).r * double(kPi) : 0.0);
+    brute.Add(scene->Intersect(ray, &hit) ? scene->Emitted(scene->Interaction(hit), -w).r * double(kPi) : 0.0);
   }
   EXPECT_GT(brute.mean(), 0.3);
   const auto result = test::WelchTest(Irradiance(*scene, {0, 0, 0}, {0, 0, 1}, 100000), brute, kLevel);

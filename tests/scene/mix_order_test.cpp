@@ -34,7 +34,7 @@ Compiled Compile(const std::vector<std::string>& world) {
   Hit hit;
   const Ray ray{{0.3f, 0.4f, 1}, {0, 0, -1}, kInfinity};
   EXPECT_TRUE(scene->Intersect(ray, &hit));
-  const SurfaceInteraction si = scene->Interaction(ray, hit);
+  const SurfaceInteraction si = scene->Interaction(hit);
   Compiled compiled{scene->needs().ToString(), {}};
   for (int i = 0; i < 100; ++i)
     compiled.albedos.push_back(scene->BsdfAt(si, (static_cast<float>(i) + 0.5f) / 100).Albedo({0, 0, 1}));

@@ -20,7 +20,7 @@ using test::SceneBuilder;
 SurfaceInteraction At(const Scene& scene, const Ray& ray) {
   Hit hit;
   EXPECT_TRUE(scene.Intersect(ray, &hit));
-  return scene.Interaction(ray, hit);
+  return scene.Interaction(hit);
 }
 const Ray kDown{{0.25f, 0.25f, 5}, {0, 0, -1}, kInfinity};
 
@@ -196,7 +196,7 @@ TEST(Instances, EqualFlattenedGeometry) {
     EXPECT_EQ(a->Unoccluded(ray), !ma);
     if (!ma) continue;
     ++hits;
-    const auto sa = a->Interaction(ray, ha), sb = b->Interaction(ray, hb);
+    const auto sa = a->Interaction(ha), sb = b->Interaction(hb);
     ASSERT_LE(Length(sa.p - sb.p), 2e-5f);
     ASSERT_GT(Dot(sa.ng, sb.ng), 0.999f);
     ASSERT_GT(Dot(sa.shading.n, sb.shading.n), 0.999f);

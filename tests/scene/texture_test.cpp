@@ -76,7 +76,7 @@ TEST(Materials, TexturesReachTheBsdfAndReflectanceIsClamped) {
     Hit hit;
     const Ray ray{{x, 0.4f, 1}, {0, 0, -1}, kInfinity};
     ASSERT_TRUE(scene->Intersect(ray, &hit));
-    const auto si = scene->Interaction(ray, hit);
+    const auto si = scene->Interaction(hit);
     EXPECT_NEAR(si.uv.x, x, 1e-6);
     EXPECT_NEAR(si.uv.y, 0.4f, 1e-6);
     EXPECT_NEAR(scene->BsdfAt(si, 0).Albedo({0, 0, 1}).r, x < 1 ? 0.25 : 1, 1e-5);
@@ -96,7 +96,7 @@ TEST(Materials, MixPicksByAmountAlsoNested) {
   Hit hit;
   const Ray ray{{0.3f, 0.4f, 1}, {0, 0, -1}, kInfinity};
   ASSERT_TRUE(scene->Intersect(ray, &hit));
-  const auto si = scene->Interaction(ray, hit);
+  const auto si = scene->Interaction(hit);
   int counts[4] = {};
   for (int i = 0; i < 1000; ++i)
     ++counts[int(std::round(scene->BsdfAt(si, (i + 0.5f) / 1000).Albedo({0, 0, 1}).r * 10))];
