@@ -107,7 +107,7 @@ AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
   const std::string text = "," + given.Text("candidates") + ",";
   for (size_t begin = 0, end; (end = text.find(',', begin + 1)) != std::string::npos; begin = end)
     names.push_back(text.substr(begin + 1, end - begin - 1));
-  const uint64_t pixels = std::max<uint64_t>(1, uint64_t{survey.resolution_x} * survey.resolution_y);
+  const uint64_t pixels = survey.pixels();
   size_t named = 0;
   for (const Racer& racer : Racers()) {
     const auto count = std::count(names.begin(), names.end(), racer.name);
