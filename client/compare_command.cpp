@@ -71,8 +71,8 @@ ComparisonRun RunOne(const CompareArguments& arguments, const CompiledJob& compi
   if (reference) {
     run.metrics = Compare(result.image, *reference);
     run.map = stem + "-map.png";
-    WriteBytesPng(folder / run.map, result.image.width, result.image.height,
-                  FalseColour(RelativeLuminanceError(result.image, *reference)));
+    WritePng((folder / run.map).string(), result.image.width, result.image.height,
+             FalseColour(RelativeLuminanceError(result.image, *reference)));
   }
   return run;
 }
