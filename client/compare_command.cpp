@@ -7,11 +7,13 @@
 
 #include "client/command.h"
 #include "client/comparison.h"
+#include "client/delivery.h"
 #include "client/interrupt.h"
 #include "client/job_options.h"
 #include "client/local_render.h"
 #include "client/plot.h"
 #include "client/values.h"
+#include "core/learning/report_json.h"
 
 namespace lodestar {
 namespace {

@@ -10,6 +10,7 @@
 #include "client/job_options.h"
 #include "client/local_render.h"
 #include "client/values.h"
+#include "core/learning/report_json.h"
 #include "core/tracing/local_executor.h"
 
 namespace lodestar {
