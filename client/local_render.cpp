@@ -3,7 +3,6 @@
 #include <tbb/global_control.h>
 
 #include "client/exit_code.h"
-#include "client/observed_method.h"
 #include "core/base/threads.h"
 #include "core/tracing/local_executor.h"
 
@@ -29,18 +28,19 @@ RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int 
   // Learning's loops too, which are not the executor's.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(threads > 0 ? threads : UsableThreads()));
-  MethodFactory make_method = MakeMethod;
-  if (guide != nullptr) {
-    make_method = [guide](const JobSpec& spec, const Survey& survey) {
-      return std::make_unique<ObservedMethod>(MakeMethod(spec, survey), &guide->training);
-    };
-  }
-  Loop loop(job, compiled.survey, make_method);
-  const std::unique_ptr<Method> method = MakeMethod(job, compiled.survey);
-  LocalExecutor executor(compiled.scene, job, *method, threads);
+  Loop loop(job, compiled.survey);
+  LocalExecutor executor(compiled.scene, job, loop.method(), threads);
   Loop::Hooks hooks;
   hooks.reference = reference;
   hooks.progress = [&](const JobProgress& at) { progress.Update(at); };
+  if (guide != nullptr) {
+    hooks.advanced = [&](const std::shared_ptr<const State>& from, const Statistics* learned,
+                         const std::shared_ptr<const State>& to) {
+      const Method::Active trained = loop.method().ActiveUnder(from);
+      if (learned != nullptr) guide->training = {trained.state->Serialize(), learned->Serialize()};
+      if (loop.method().ActiveUnder(to).method != trained.method) guide->training.reset();
+    };
+  }
   loop.Run(executor, stop, hooks);
   progress.Finish();
   RenderResult result;
