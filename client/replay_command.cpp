@@ -68,10 +68,8 @@ class ReplayExecutor final : public Executor {
     sample.radiance = tracer->TraceSample(round, pixel_.x, pixel_.y, pass_);
     Contribution contribution;
     if (round.record) contribution.statistics = method_.NewStatistics(state);
-    const uint32_t columns =
-        (static_cast<uint32_t>(scene_->resolution_x()) + TileGrid::kTileSize - 1) / TileGrid::kTileSize;
-    const uint32_t unit = pixel_.y / TileGrid::kTileSize * columns + pixel_.x / TileGrid::kTileSize;
-    if (!tracer->Execute(round, unit, stop, &contribution)) return std::nullopt;
+    const TileGrid grid(static_cast<uint32_t>(scene_->resolution_x()), static_cast<uint32_t>(scene_->resolution_y()));
+    if (!tracer->Execute(round, grid.TileAt(pixel_.x, pixel_.y), stop, &contribution)) return std::nullopt;
     sample.health = contribution.health;
     return sample;
   }
