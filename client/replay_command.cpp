@@ -34,7 +34,7 @@ struct Sample {
 class ReplayExecutor final : public Executor {
  public:
   ReplayExecutor(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method,
-                 const ReplayArguments& arguments, Resolution pixel, StopToken* found)
+                 const ReplayArguments& arguments, Pixel pixel, StopToken* found)
       : scene_(scene),
         job_(job),
         method_(method),
@@ -78,7 +78,7 @@ class ReplayExecutor final : public Executor {
   const JobSpec& job_;
   const Method& method_;
   uint32_t iteration_, pass_;
-  Resolution pixel_;
+  Pixel pixel_;
   StopToken* found_;
   LocalExecutor local_;
   std::optional<Sample> sample_;
@@ -86,7 +86,7 @@ class ReplayExecutor final : public Executor {
 
 ExitCode Replay(const ReplayArguments& arguments) {
   JobSpec job = arguments.job.ToJob();
-  const Resolution pixel = ParsePixel(arguments.pixel);
+  const Pixel pixel = ParsePixel(arguments.pixel);
   if (job.budget.spp == 0) job.budget.spp = uint64_t{arguments.pass} + 1;
   if (job.budget.spp <= arguments.pass) {
     throw Error(ErrorKind::kInvalidInput,
