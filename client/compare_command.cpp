@@ -86,7 +86,7 @@ ExitCode CompareMethods(const CompareArguments& arguments, const std::string& co
   PrepareFolder(folder / "compare.csv");
   std::shared_ptr<const Image> reference;
   if (!arguments.reference.empty()) reference = std::make_shared<const Image>(ReadImageFile(arguments.reference));
-  const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
+  const SceneDescription description = LoadScene(arguments.job.scene, {.lenient = arguments.job.lenient});
   const CompiledJob compiled = CompileScene(description, contenders.front().job);
   if (reference)
     CheckReference(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);

@@ -80,16 +80,8 @@ void ThrowFarmError(const Error& error) {
 }
 
 JobProgress ProgressOf(const JobStatus& status) {
-  JobProgress progress;
-  progress.iteration = status.iteration;
-  progress.passes = status.passes;
-  progress.seconds = status.seconds;
-  progress.relmse_estimated = status.relmse_estimated;
-  progress.fraction = status.phase == JobPhase::kDone ? 1 : status.fraction;
-  progress.seconds_left = status.seconds_left;
-  progress.rays = status.rays;
-  progress.paths = status.paths;
-  progress.vertices = status.vertices;
+  JobProgress progress = status.progress;
+  if (status.phase == JobPhase::kDone) progress.fraction = 1;
   return progress;
 }
 
@@ -102,27 +94,26 @@ Json StatusToJson(const JobStatus& status) {
           {"error", status.error},
           {"log", status.log},
           {"submitted_unix_ms", status.submitted_unix_ms},
-          {"iteration", status.iteration},
-          {"spp", status.passes},
-          {"seconds", status.seconds},
-          {"relmse_estimated", status.relmse_estimated},
-          {"fraction", status.fraction},
-          {"seconds_left", status.seconds_left >= 0 ? Json(status.seconds_left) : Json(nullptr)},
-          {"rays", status.rays},
+          {"iteration", status.progress.iteration},
+          {"spp", status.progress.passes},
+          {"seconds", status.progress.seconds},
+          {"relmse_estimated", status.progress.relmse_estimated},
+          {"fraction", status.progress.fraction},
+          {"seconds_left", status.progress.seconds_left >= 0 ? Json(status.progress.seconds_left) : Json(nullptr)},
+          {"rays", status.progress.rays},
           {"resolution", {status.width, status.height}},
           {"waiting_for", status.waiting_for}};
 }
 
 std::string StatusLine(const JobStatus& status) {
   char line[256];
-  const std::string error = status.relmse_estimated > 0 && std::isfinite(status.relmse_estimated)
-                                ? FormatNumber(status.relmse_estimated)
+  const std::string error = status.progress.relmse_estimated > 0 && std::isfinite(status.progress.relmse_estimated)
+                                ? FormatNumber(status.progress.relmse_estimated)
                                 : "-";
   std::snprintf(line, sizeof line, "%-10s %-9s %3.0f%%  %-8s %7llu spp  error %-8s  %8s left  ",
-                status.id.value.c_str(), JobPhaseName(status.phase),
-                100 * (status.phase == JobPhase::kDone ? 1 : status.fraction), status.method.c_str(),
-                static_cast<unsigned long long>(status.passes), error.c_str(),
-                FormatDuration(Ended(status.phase) ? 0 : status.seconds_left).c_str());
+                status.id.value.c_str(), JobPhaseName(status.phase), 100 * ProgressOf(status).fraction,
+                status.method.c_str(), static_cast<unsigned long long>(status.progress.passes), error.c_str(),
+                FormatDuration(Ended(status.phase) ? 0 : status.progress.seconds_left).c_str());
   std::string text = line + status.name;
   if (!status.error.empty())
     text += "\n    " + status.error;
@@ -183,7 +174,7 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
       return farm.Watch(
           id,
           [&](const JobStatus& at) {
-            if (at.passes > 0) {
+            if (at.progress.passes > 0) {
               progress.Update(ProgressOf(at));
             } else if (!options.quiet) {
               SayWaiting(at, &said);
@@ -199,7 +190,7 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
                  id.value.c_str(), id.value.c_str(), id.value.c_str());
   }
   Json document = StatusToJson(status);
-  if (!options.output.empty() && status.passes > 0) {
+  if (!options.output.empty() && status.progress.passes > 0) {
     document = DeliverJob(farm, status, options);
     document["phase"] = JobPhaseName(status.phase);
   }

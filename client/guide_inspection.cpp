@@ -57,7 +57,7 @@ GuideFile ReadGuide(const std::string& path) {
 
 // The scene as the file's job had it: its hash covers resolution and filter, too.
 std::shared_ptr<const Scene> CompileSceneOf(const GuideFile& file, const GuideArguments& arguments) {
-  const SceneDescription description = LoadScene(arguments.scene, arguments.lenient || file.job.lenient);
+  const SceneDescription description = LoadScene(arguments.scene, {.lenient = arguments.lenient || file.job.lenient});
   const CompiledJob compiled = CompileScene(description, file.job);
   try {
     file.CheckScene(compiled.survey.scene_hash, arguments.scene, arguments.guide);

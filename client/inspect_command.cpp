@@ -77,7 +77,7 @@ ExitCode Inspect(const InspectArguments& arguments) {
   if (arguments.job.scene.empty())
     throw Error(ErrorKind::kInvalidInput, "give a scene, or a guiding state with --guide");
   const JobSpec job = arguments.job.ToJob();
-  const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
+  const SceneDescription description = LoadScene(arguments.job.scene, {.lenient = arguments.job.lenient});
   const CompiledJob compiled = CompileScene(description, job);
   const Scene& scene = *compiled.scene;
   const Bounds3& bounds = scene.bounds();

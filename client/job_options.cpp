@@ -191,10 +191,8 @@ void AddJobOptions(CLI::App& app, JobArguments& arguments, const JobOptionGroups
   if (groups.method) AddMethodFlags(app, arguments);
 }
 
-SceneDescription LoadScene(const std::string& path, bool lenient) {
+SceneDescription LoadScene(const std::string& path, const ParseOptions& options) {
   try {
-    ParseOptions options;
-    options.lenient = lenient;
     SceneDescription description = ParsePbrtFile(path, options);
     if (!description.left_out.empty()) {
       std::fprintf(stderr, "left out (--lenient):\n");

@@ -9,7 +9,7 @@
 
 #include "core/learning/job.h"
 #include "core/learning/method.h"
-#include "core/scene/description.h"
+#include "core/scene/pbrt_parser.h"
 
 namespace lodestar {
 
@@ -51,7 +51,7 @@ bool TakesList(const MethodEntry& method, const std::string& option);
 // Throws Error(kInvalidInput) listing the method's options where `name` is none of them.
 void CheckMethodOption(const MethodEntry& method, const std::string& name);
 
-// Parses the scene, says on standard error what --lenient left out, and turns its errors into CommandError(kBadScene).
-SceneDescription LoadScene(const std::string& path, bool lenient);
+// Parses the scene, says on standard error what was left out, and turns its errors into CommandError(kBadScene).
+SceneDescription LoadScene(const std::string& path, const ParseOptions& options);
 
 }  // namespace lodestar

@@ -56,7 +56,7 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   if (!arguments.reference.empty()) reference = std::make_shared<const Image>(ReadImageFile(arguments.reference));
 
   // 2. The scene.
-  const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
+  const SceneDescription description = LoadScene(arguments.job.scene, {.lenient = arguments.job.lenient});
   const CompiledJob compiled = CompileScene(description, job);
   if (reference)
     CheckReference(*reference, arguments.reference, compiled.survey.resolution_x, compiled.survey.resolution_y);

@@ -92,7 +92,7 @@ ExitCode Replay(const ReplayArguments& arguments) {
     throw Error(ErrorKind::kInvalidInput,
                 "--pass " + std::to_string(arguments.pass) + " is not below --spp " + std::to_string(job.budget.spp));
   }
-  const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
+  const SceneDescription description = LoadScene(arguments.job.scene, {.lenient = arguments.job.lenient});
   const CompiledJob compiled = CompileScene(description, job);
   if (pixel.x >= compiled.survey.resolution_x || pixel.y >= compiled.survey.resolution_y) {
     throw Error(ErrorKind::kInvalidInput, "--pixel " + arguments.pixel + " lies outside the image of " +

@@ -60,7 +60,9 @@ ExitCode Submit(const SubmitArguments& arguments, const std::string& command_lin
   std::optional<Image> reference;
   if (!arguments.reference.empty()) reference = ReadImageFile(arguments.reference);
 
-  const SceneDescription description = LoadScene(arguments.job.scene, arguments.job.lenient);
+  // Any folder, but by relative names: workers have others.
+  const SceneDescription description =
+      LoadScene(arguments.job.scene, {.lenient = arguments.job.lenient, .within = "/"});
   {
     const CompiledJob compiled = CompileScene(description, submission.spec);
     MakeMethod(submission.spec, compiled.survey);  // refuses bad values of options here and now

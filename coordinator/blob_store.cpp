@@ -12,7 +12,7 @@
 #include "coordinator/crash_point.h"
 #include "core/base/check.h"
 #include "core/base/log.h"
-#include "rpc/sha256_stream.h"
+#include "core/base/sha256_stream.h"
 #include "rpc/status.h"
 
 namespace lodestar {

@@ -3,11 +3,40 @@
 #include <algorithm>
 
 #include "coordinator/crash_point.h"
-#include "coordinator/scheduler.h"
 #include "core/base/log.h"
 #include "rpc/status.h"
 
 namespace lodestar {
+namespace {
+
+// As it is stored; how long is left is for those who see it run.
+Bytes SerializeProgress(const JobProgress& progress) {
+  ByteWriter out;
+  out.Put(progress.iteration);
+  out.Put(progress.passes);
+  out.Put(progress.seconds);
+  out.Put(progress.relmse_estimated);
+  out.Put(progress.fraction);
+  out.Put(progress.rays);
+  // Paths and vertices, which older coordinators read.
+  out.Put(uint64_t{0});
+  out.Put(uint64_t{0});
+  return out.Take();
+}
+
+JobProgress ParseProgress(std::string_view bytes) {
+  ByteReader in(bytes, "job progress");
+  JobProgress progress;
+  progress.iteration = in.Get<uint32_t>();
+  progress.passes = in.Get<uint64_t>();
+  progress.seconds = in.Get<double>();
+  progress.relmse_estimated = in.Get<double>();
+  progress.fraction = in.Get<double>();
+  progress.rays = in.Get<uint64_t>();
+  return progress;
+}
+
+}  // namespace
 
 Farm::Farm(Options options)
     : options_(std::move(options)), clock_(*options_.clock), store_(options_.store, options_.fatal) {
@@ -26,10 +55,12 @@ Farm::~Farm() {
       job->stop.Request();
       if (job->driver.joinable()) drivers.push_back(std::move(job->driver));
     }
-    for (auto& parked : parked_leases_) deferred.Add([answer = parked.answer] { answer(std::nullopt); });
-    for (auto& parked : parked_renewals_) deferred.Add([answer = parked.answer] { answer({}); });
-    parked_leases_.clear();
-    parked_renewals_.clear();
+    const auto answer_all = [&](auto& parked) {
+      for (auto& call : parked) deferred.Add([answer = std::move(call.answer)] { answer({}); });
+      parked.clear();
+    };
+    answer_all(parked_leases_);
+    answer_all(parked_renewals_);
     watchers_.clear();
   }
   changed_.notify_all();
@@ -49,18 +80,7 @@ void Farm::Load() {
         job->width = survey.resolution_x;
         job->height = survey.resolution_y;
       }
-      if (!stored.progress.empty()) {
-        ByteReader in(stored.progress, "job progress");
-        auto& p = job->progress;
-        p.iteration = in.Get<uint32_t>();
-        p.passes = in.Get<uint64_t>();
-        p.seconds = in.Get<double>();
-        p.relmse_estimated = in.Get<double>();
-        p.fraction = in.Get<double>();
-        p.rays = in.Get<uint64_t>();
-        p.paths = in.Get<uint64_t>();
-        p.vertices = in.Get<uint64_t>();
-      }
+      if (!stored.progress.empty()) job->progress = ParseProgress(stored.progress);
     } catch (const Error& error) {
       spdlog::error("{}: {}", stored.id().value, error.what());
       if (!Ended(stored.phase)) {
@@ -124,15 +144,7 @@ JobStatus Farm::Status(const Job& job) const {
   s.error = job.stored.error;
   s.log.assign(job.log.begin(), job.log.end());
   s.submitted_unix_ms = job.stored.submitted_unix_ms;
-  s.iteration = job.progress.iteration;
-  s.passes = job.progress.passes;
-  s.seconds = job.progress.seconds;
-  s.relmse_estimated = job.progress.relmse_estimated;
-  s.fraction = job.progress.fraction;
-  s.seconds_left = job.progress.seconds_left;
-  s.rays = job.progress.rays;
-  s.paths = job.progress.paths;
-  s.vertices = job.progress.vertices;
+  s.progress = job.progress;
   s.width = job.width;
   s.height = job.height;
   if (s.phase == JobPhase::kQueued) {
@@ -160,13 +172,12 @@ void Farm::Changed(const Job& job, Deferred* deferred) {
 }
 
 void Farm::Reorder() {
-  std::vector<JobRank> ranks;
-  for (const auto& [number, job] : jobs_) {
-    if (!Ended(job->stored.phase)) ranks.push_back({number, job->stored.priority});
-  }
-  SortByRank(ranks);
   order_.clear();
-  for (const auto& rank : ranks) order_.push_back(jobs_.at(rank.number).get());
+  for (const auto& [number, job] : jobs_) {
+    if (!Ended(job->stored.phase)) order_.push_back(job.get());
+  }
+  // Larger priorities first; older jobs first among equals, as they stand in jobs_.
+  std::ranges::stable_sort(order_, std::greater<>(), [](const Job* job) { return job->stored.priority; });
 }
 
 void Farm::Persist(Job& job, const std::function<void(StoredJob&)>& change) {
@@ -176,16 +187,7 @@ void Farm::Persist(Job& job, const std::function<void(StoredJob&)>& change) {
     std::lock_guard lock(mutex_);
     copy = job.stored;
     change(copy);
-    ByteWriter progress;
-    progress.Put(job.progress.iteration);
-    progress.Put(job.progress.passes);
-    progress.Put(job.progress.seconds);
-    progress.Put(job.progress.relmse_estimated);
-    progress.Put(job.progress.fraction);
-    progress.Put(job.progress.rays);
-    progress.Put(job.progress.paths);
-    progress.Put(job.progress.vertices);
-    copy.progress = progress.Take();
+    copy.progress = SerializeProgress(job.progress);
     copy.log.clear();
     for (const auto& line : job.log) copy.log += (copy.log.empty() ? "" : "\n") + line;
   }

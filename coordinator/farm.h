@@ -21,7 +21,6 @@ class Farm {
   struct Options {
     std::filesystem::path store;
     LeaseTable::Options leases;
-    LeaseSizing sizing;
     Clock::Duration checkpoint_interval = std::chrono::seconds(30);
     Clock::Duration checkpoint_least =
         std::chrono::seconds(2);  // between those at iteration ends, which come fast at first
@@ -78,17 +77,12 @@ class Farm {
     uint64_t units = 0;
     double seconds = 0;  // of rendering
   };
-  struct ParkedLease {
+  template <class Answer>
+  struct Parked {
     uint64_t call;
     WorkerId worker;
-    Clock::Duration until;
-    LeaseAnswer answer;
-  };
-  struct ParkedRenewal {
-    uint64_t call;
-    WorkerId worker;
-    Clock::Duration until;
-    RenewAnswer answer;
+    Clock::Duration until;  // then it is answered with nothing
+    Answer answer;
   };
   // Of all workers that may render a job together, in passes over a unit a second; what is asked for, summed once.
   using Speeds = std::map<const Job*, double>;
@@ -116,16 +110,16 @@ class Farm {
   LeaseId NewLeaseId() { return {(store_.epoch() << 32) | ++last_lease_}; }
   uint32_t LiveWorkers(const std::string& fingerprint) const;
   bool LeftToOthers(const Job& job, const WorkerId& worker) const;
-  std::optional<LeasedUnit> GrantSurvey(const WorkerId& id, const Worker& worker);
+  std::optional<LeasedUnit> GrantSurvey(const WorkerId& id);
   std::optional<LeasedUnit> GrantRender(const WorkerId& id, const Worker& worker, bool copies, Speeds* speeds);
   // `speeds`: of the calls that are answered while mutex_ is held.
   std::optional<LeasedUnit> GrantFor(const WorkerId& id, Speeds* speeds);
   LeasedUnit Describe(const Job& job, const LeaseEntry& entry, const OpenRound& open) const;
   void Pump(Deferred* deferred);  // answers parked calls that can be answered
-  void Revoke(const std::vector<LeaseEntry>& leases, Deferred* deferred);
-  void CloseRounds(Job& job, const std::function<bool(const OpenRound&)>& which, Deferred* deferred);
-  void CountLoss(Job& job, const WorkerId& worker, Deferred* deferred);
-  void FailRunning(Job& job, const std::string& why, Deferred* deferred);
+  void Revoke(const std::vector<LeaseEntry>& leases);
+  void CloseRounds(Job& job, const std::function<bool(const OpenRound&)>& which);
+  void CountLoss(Job& job, const WorkerId& worker);
+  void FailRunning(Job& job, const std::string& why);
   void Reorder();
   void StartDrivers();
   void Tick(Deferred* deferred);
@@ -158,10 +152,10 @@ class Farm {
   std::condition_variable changed_;  // rounds completed, jobs stopped, snapshots made
   std::condition_variable timer_wake_;
   std::map<int64_t, std::unique_ptr<Job>> jobs_;
-  std::vector<Job*> order_;  // those that have not ended, by rank
+  std::vector<Job*> order_;  // those that have not ended, by priority and age
   std::map<WorkerId, Worker> workers_;
-  std::list<ParkedLease> parked_leases_;
-  std::list<ParkedRenewal> parked_renewals_;
+  std::list<Parked<LeaseAnswer>> parked_leases_;
+  std::list<Parked<RenewAnswer>> parked_renewals_;
   std::map<uint64_t, Watcher> watchers_;
   uint64_t last_lease_ = 0, last_call_ = 0, last_worker_ = 0;
   bool ending_ = false;

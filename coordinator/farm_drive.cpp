@@ -1,5 +1,4 @@
 // A job's driver thread: the loop over leases, its checkpoints, its end.
-#include <atomic>
 #include <future>
 #include <nlohmann/json.hpp>
 

@@ -27,8 +27,7 @@ Farm::FarmExecutor::~FarmExecutor() {
       "{}: merged {} contributions, {:.1f} MiB, in {:.2f} s; published {} states, the largest {:.1f} MiB, in {:.2f} s",
       job_.stored.id().value, run_->contributions, static_cast<double>(run_->contribution_bytes) / kMiB,
       run_->merging_seconds, run_->states, static_cast<double>(run_->largest_state) / kMiB, run_->publishing_seconds);
-  farm_.CloseRounds(
-      job_, [](const OpenRound&) { return true; }, &deferred);
+  farm_.CloseRounds(job_, [](const OpenRound&) { return true; });
   job_.run = nullptr;
   farm_.Pump(&deferred);
 }
@@ -69,10 +68,8 @@ std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<co
   // Step 1: the state, where it is a new one.
   if (run_->state != state) {
     {
-      Deferred deferred;
       std::lock_guard lock(farm_.mutex_);
-      farm_.CloseRounds(
-          job_, [](const OpenRound&) { return true; }, &deferred);
+      farm_.CloseRounds(job_, [](const OpenRound&) { return true; });
     }
     Publish(state);
   }
@@ -89,8 +86,7 @@ std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<co
     Deferred deferred;
     std::lock_guard lock(farm_.mutex_);
     farm_.CloseRounds(
-        job_, [&](const OpenRound& open) { return open.round != round && (!announced || open.round != *announced); },
-        &deferred);
+        job_, [&](const OpenRound& open) { return open.round != round && (!announced || open.round != *announced); });
     const auto find = [&](const Round& wanted) {
       const auto it =
           std::find_if(run_->open.begin(), run_->open.end(), [&](const auto& open) { return open->round == wanted; });
@@ -131,7 +127,7 @@ std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<co
   return current->reduction.Take();
 }
 
-void Farm::CloseRounds(Job& job, const std::function<bool(const OpenRound&)>& which, Deferred* deferred) {
+void Farm::CloseRounds(Job& job, const std::function<bool(const OpenRound&)>& which) {
   if (!job.run) return;
   auto& open = job.run->open;
   for (auto it = open.begin(); it != open.end();) {
@@ -141,7 +137,7 @@ void Farm::CloseRounds(Job& job, const std::function<bool(const OpenRound&)>& wh
     }
     std::vector<LeaseEntry> leases;
     for (const auto& [id, lease] : (*it)->leases.leases()) leases.push_back(lease);
-    Revoke(leases, deferred);
+    Revoke(leases);
     it = open.erase(it);
   }
 }

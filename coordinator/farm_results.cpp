@@ -1,8 +1,6 @@
 // What workers bring to the farm: contributions, surveys, failures.
 #include "coordinator/crash_point.h"
 #include "coordinator/farm.h"
-#include "core/base/log.h"
-#include "rpc/status.h"
 
 namespace lodestar {
 
@@ -12,7 +10,6 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
   std::shared_ptr<JobRun> run;
   std::shared_ptr<OpenRound> open;
   {
-    Deferred deferred;
     std::lock_guard lock(mutex_);
     if (auto it = workers_.find(header.worker); it != workers_.end()) it->second.seen = clock_.Now();
     try {
@@ -44,7 +41,7 @@ ContributionOutcome Farm::SubmitContribution(const ContributionHeader& header, s
   for (const LeaseId lease : header.leases) open->leases.Release(lease);
   uint32_t units = 0;
   for (const TreeNode node : header.nodes) {
-    if (outcome == RoundReduction::Outcome::kCommitted) Revoke(open->leases.Commit(node), &deferred);
+    if (outcome == RoundReduction::Outcome::kCommitted) Revoke(open->leases.Commit(node));
     units += node.end(open->round.unit_count) - node.first();
   }
   if (outcome == RoundReduction::Outcome::kCommitted) job->lost.clear();
@@ -105,14 +102,14 @@ void Farm::SubmitSurvey(const SurveyResult& result) {
   Changed(*job, &deferred);
 }
 
-void Farm::FailRunning(Job& job, const std::string& why, Deferred* deferred) {
+void Farm::FailRunning(Job& job, const std::string& why) {
   job.failure = why;
   job.Log(why);
   job.stop.Request();
   changed_.notify_all();
 }
 
-void Farm::CountLoss(Job& job, const WorkerId& worker, Deferred* deferred) {
+void Farm::CountLoss(Job& job, const WorkerId& worker) {
   // Losses within one lease's duration are one event (a switch, a power cut), and no scene's fault where no worker is
   // left.
   const auto now = clock_.Now();
@@ -127,8 +124,7 @@ void Farm::CountLoss(Job& job, const WorkerId& worker, Deferred* deferred) {
               std::to_string(job.lost.size()) +
                   " workers were lost on this job and nothing was finished in between: its scene may need more memory "
                   "than they have; see their logs, " +
-                  "and submit it again to other machines",
-              deferred);
+                  "and submit it again to other machines");
 }
 
 void Farm::ReportFailure(const UnitFailure& failure) {
@@ -145,13 +141,13 @@ void Farm::ReportFailure(const UnitFailure& failure) {
     if (Ended(job.stored.phase) || !job.failure.empty()) return;  // it has its reason
     if (failure.kind != UnitFailure::Kind::kReturned) job.Log(worker.info.name + ": " + failure.message);
     if (failure.kind == UnitFailure::Kind::kJob) {
-      FailRunning(job, failure.message, &deferred);
+      FailRunning(job, failure.message);
     } else if (failure.kind == UnitFailure::Kind::kWorker) {
       // This worker's fault as it says; counted at once, each report its own event.
       job.last_loss = clock_.Now() - options_.leases.duration;
       job.gave_back.insert(failure.worker);
       job.lost.insert(WorkerId{failure.worker.value + "#" + std::to_string(failure.lease.value)});
-      if (job.lost.size() >= static_cast<size_t>(options_.strikes)) FailRunning(job, failure.message, &deferred);
+      if (job.lost.size() >= static_cast<size_t>(options_.strikes)) FailRunning(job, failure.message);
     }
     if (surveying && job.failure.empty()) job.asked.erase(failure.worker);
     if (!job.failure.empty() && !job.driving) ended = &job;

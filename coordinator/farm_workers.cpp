@@ -1,6 +1,4 @@
 // What workers ask of the farm: leases; and what time brings.
-#include <algorithm>
-
 #include "coordinator/farm.h"
 #include "core/base/log.h"
 #include "rpc/status.h"
@@ -41,7 +39,7 @@ LeasedUnit Farm::Describe(const Job& job, const LeaseEntry& entry, const OpenRou
 
 // All idle workers survey a new job at once: the first answer counts, and the others have the scene ready when its
 // rounds begin.
-std::optional<LeasedUnit> Farm::GrantSurvey(const WorkerId& id, const Worker& worker) {
+std::optional<LeasedUnit> Farm::GrantSurvey(const WorkerId& id) {
   for (Job* job : order_) {
     if (job->stored.phase != JobPhase::kQueued || !job->stored.survey.empty() || job->cancelled ||
         job->asked.contains(id) || LeftToOthers(*job, id))
@@ -85,7 +83,7 @@ std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& wo
         entry = open.leases.GrantCopy(NewLeaseId(), id, run.mean_pass_seconds * open.round.passes);
       } else if (open.leases.free_units() > 0) {
         open.leases.set_bytes_per_unit(run.bytes_per_unit);
-        const uint32_t units = LeaseUnits(options_.sizing, open.leases.free_units(), open.leases.unit_count(), share(),
+        const uint32_t units = LeaseUnits(open.leases.free_units(), open.leases.unit_count(), share(),
                                           pass_seconds(id) * open.round.passes, i + 1 < run.open.size());
         entry = open.leases.Grant(NewLeaseId(), id, units);
       }
@@ -98,7 +96,7 @@ std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& wo
 std::optional<LeasedUnit> Farm::GrantFor(const WorkerId& id, Speeds* speeds) {
   const auto it = workers_.find(id);
   if (it == workers_.end()) return std::nullopt;
-  if (auto unit = GrantSurvey(id, it->second)) return unit;
+  if (auto unit = GrantSurvey(id)) return unit;
   if (auto unit = GrantRender(id, it->second, false, speeds)) return unit;
   return GrantRender(id, it->second, true, speeds);
 }
@@ -168,11 +166,12 @@ uint64_t Farm::RenewLease(const WorkerId& id, const std::vector<LeaseId>& leases
 
 void Farm::Withdraw(uint64_t call) {
   std::lock_guard lock(mutex_);
-  parked_leases_.remove_if([&](const ParkedLease& parked) { return parked.call == call; });
-  parked_renewals_.remove_if([&](const ParkedRenewal& parked) { return parked.call == call; });
+  const auto withdrawn = [&](const auto& parked) { return parked.call == call; };
+  parked_leases_.remove_if(withdrawn);
+  parked_renewals_.remove_if(withdrawn);
 }
 
-void Farm::Revoke(const std::vector<LeaseEntry>& leases, Deferred* deferred) {
+void Farm::Revoke(const std::vector<LeaseEntry>& leases) {
   for (const auto& lease : leases) {
     const auto it = workers_.find(lease.worker);
     if (it != workers_.end()) it->second.revoked.push_back(lease.id);
@@ -192,27 +191,19 @@ std::shared_ptr<const Bytes> Farm::StateBytes(const ContentHash& hash) const {
 void Farm::Tick(Deferred* deferred) {
   const auto now = clock_.Now();
   // Step 1: parked calls whose time is over; a parked call is a sign of life.
-  const auto alive = [&](const WorkerId& id) {
-    if (auto it = workers_.find(id); it != workers_.end()) it->second.seen = now;
+  const auto expire_parked = [&](auto& parked) {
+    for (auto it = parked.begin(); it != parked.end();) {
+      if (const auto worker = workers_.find(it->worker); worker != workers_.end()) worker->second.seen = now;
+      if (it->until > now) {
+        ++it;
+        continue;
+      }
+      deferred->Add([answer = std::move(it->answer)] { answer({}); });
+      it = parked.erase(it);
+    }
   };
-  for (auto it = parked_leases_.begin(); it != parked_leases_.end();) {
-    alive(it->worker);
-    if (it->until > now) {
-      ++it;
-      continue;
-    }
-    deferred->Add([answer = std::move(it->answer)] { answer(std::nullopt); });
-    it = parked_leases_.erase(it);
-  }
-  for (auto it = parked_renewals_.begin(); it != parked_renewals_.end();) {
-    alive(it->worker);
-    if (it->until > now) {
-      ++it;
-      continue;
-    }
-    deferred->Add([answer = std::move(it->answer)] { answer({}); });
-    it = parked_renewals_.erase(it);
-  }
+  expire_parked(parked_leases_);
+  expire_parked(parked_renewals_);
   // Step 2: workers that are gone.
   for (auto it = workers_.begin(); it != workers_.end();) {
     if (now - it->second.seen > 2 * options_.leases.duration) {
@@ -233,13 +224,13 @@ void Farm::Tick(Deferred* deferred) {
       const WorkerId lost = it->second.worker;
       job->asked.erase(lost);
       it = job->surveys.erase(it);
-      CountLoss(*job, lost, deferred);
+      CountLoss(*job, lost);
     }
     if (!job->run) continue;
     for (const auto& open : job->run->open) {
       const auto expired = open->leases.Expire();
-      Revoke(expired, deferred);
-      for (const auto& lease : expired) CountLoss(*job, lease.worker, deferred);
+      Revoke(expired);
+      for (const auto& lease : expired) CountLoss(*job, lease.worker);
     }
   }
   Pump(deferred);

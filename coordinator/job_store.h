@@ -30,7 +30,7 @@ struct StoredJob {
   ContentHash checkpoint, image;  // blobs; empty: none
   ContentHash guide;              // blob, once it has ended: GuideFile; empty: nothing was learned
   std::string report, error, log;
-  Bytes progress;  // JobStatus's figures, for lists after a restart
+  Bytes progress;  // JobProgress, for lists after a restart
   JobId id() const { return {"job-" + std::to_string(number)}; }
 };
 

@@ -17,8 +17,8 @@ LeaseTable::~LeaseTable() {
   for (size_t i = 0; i < leases_.size(); ++i) busy_.End();
 }
 
-LeaseEntry LeaseTable::Add(LeaseId id, const WorkerId& worker, TreeNode node, bool copy) {
-  LeaseEntry lease{id, worker, node, clock_.Now(), clock_.Now() + options_.duration, copy};
+LeaseEntry LeaseTable::Add(LeaseId id, const WorkerId& worker, TreeNode node) {
+  LeaseEntry lease{id, worker, node, clock_.Now(), clock_.Now() + options_.duration};
   for (uint32_t u = node.first(); u < node.end(unit_count()); ++u) {
     if (units_[u].free()) --free_;
     ++units_[u].holders;
@@ -77,7 +77,7 @@ std::optional<LeaseEntry> LeaseTable::Grant(LeaseId id, const WorkerId& worker, 
     if (!all_free) break;
     node = parent;
   }
-  return Add(id, worker, node, false);
+  return Add(id, worker, node);
 }
 
 std::optional<LeaseEntry> LeaseTable::GrantCopy(LeaseId id, const WorkerId& worker, double seconds_per_unit) {
@@ -120,7 +120,7 @@ std::optional<LeaseEntry> LeaseTable::GrantCopy(LeaseId id, const WorkerId& work
       std::vector<TreeNode> candidates{lease.node};
       if (lease.node.level > 0) candidates = {lease.node.Child(1), lease.node.Child(0)};
       for (const TreeNode node : candidates) {
-        if (node.ValidIn(unit_count()) && takeable(node)) return Add(id, worker, node, true);
+        if (node.ValidIn(unit_count()) && takeable(node)) return Add(id, worker, node);
       }
     }
   }
@@ -145,17 +145,11 @@ std::vector<LeaseEntry> LeaseTable::Commit(TreeNode node) {
   return RemoveIf([&](const LeaseEntry& lease) { return Covered(lease.node); });
 }
 
-std::optional<LeaseEntry> LeaseTable::Release(LeaseId id) {
+void LeaseTable::Release(LeaseId id) {
   const auto it = leases_.find(id);
-  if (it == leases_.end()) return std::nullopt;
-  const LeaseEntry lease = it->second;
-  Remove(lease);
+  if (it == leases_.end()) return;
+  Remove(it->second);
   leases_.erase(it);
-  return lease;
-}
-
-std::vector<LeaseEntry> LeaseTable::ReleaseWorker(const WorkerId& worker) {
-  return RemoveIf([&](const LeaseEntry& lease) { return lease.worker == worker; });
 }
 
 std::vector<LeaseEntry> LeaseTable::Expire() {
@@ -170,13 +164,14 @@ bool LeaseTable::Covered(TreeNode node) const {
   return true;
 }
 
-uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, double share,
-                    double seconds_per_unit, bool more_follows) {
+uint32_t LeaseUnits(uint32_t free_units, uint32_t unit_count, double share, double seconds_per_unit,
+                    bool more_follows) {
+  constexpr double kSeconds = 2, kLeastSeconds = 0.02;
   const double part = share * (more_follows ? unit_count : free_units);
   double units = part / 12;
   if (seconds_per_unit > 0) {
-    units = std::min(part / (more_follows ? 2 : 4), sizing.seconds / seconds_per_unit);
-    units = std::max(units, std::min(part, sizing.least_seconds / seconds_per_unit));
+    units = std::min(part / (more_follows ? 2 : 4), kSeconds / seconds_per_unit);
+    units = std::max(units, std::min(part, kLeastSeconds / seconds_per_unit));
   }
   // The nearest power of two: blocks are aligned.
   const auto whole = static_cast<uint32_t>(std::max(1.0, units * 1.4));

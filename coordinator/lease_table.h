@@ -22,7 +22,6 @@ struct LeaseEntry {
   WorkerId worker;
   TreeNode node;
   Clock::Duration granted{}, expires{};
-  bool copy = false;
 };
 
 class LeaseTable {
@@ -51,8 +50,7 @@ class LeaseTable {
   bool Renew(LeaseId id, const WorkerId& worker);
   // The node's units are covered. Returns the leases that have nothing left to do.
   std::vector<LeaseEntry> Commit(TreeNode node);
-  std::optional<LeaseEntry> Release(LeaseId id);
-  std::vector<LeaseEntry> ReleaseWorker(const WorkerId& worker);
+  void Release(LeaseId id);
   std::vector<LeaseEntry> Expire();
 
   bool Covered(TreeNode node) const;
@@ -68,7 +66,7 @@ class LeaseTable {
     uint16_t holders = 0;
     bool free() const { return !covered && holders == 0; }
   };
-  LeaseEntry Add(LeaseId id, const WorkerId& worker, TreeNode node, bool copy);
+  LeaseEntry Add(LeaseId id, const WorkerId& worker, TreeNode node);
   void Remove(const LeaseEntry& lease);
   template <class Condition>
   std::vector<LeaseEntry> RemoveIf(Condition&& condition);
@@ -84,16 +82,12 @@ class LeaseTable {
   std::map<LeaseId, LeaseEntry> leases_;
 };
 
-// How many units a fresh lease should have: `seconds` of work, or half of its worker's part of the round (`share` of
+// How many units a fresh lease should have: two seconds of work, or half of its worker's part of the round (`share` of
 // it, by its speed) where the round is short; a quarter of the same part of what is left where no more work follows at
 // once, so that all end together (guided self-scheduling, Polychronopoulos and Kuck 1987; each worker has one more
-// lease waiting). But not less than `least_seconds`: a lease costs a call, though not a delivery of its own.
+// lease waiting). But not less than 20 ms of work: a lease costs a call, though not a delivery of its own.
 // `seconds_per_unit`: of rendering, by the worker that asks; while it is unknown (0), a twelfth of the part. For
 // scheduling only.
-struct LeaseSizing {
-  double seconds = 2, least_seconds = 0.02;
-};
-uint32_t LeaseUnits(const LeaseSizing& sizing, uint32_t free_units, uint32_t unit_count, double share,
-                    double seconds_per_unit, bool more_follows);
+uint32_t LeaseUnits(uint32_t free_units, uint32_t unit_count, double share, double seconds_per_unit, bool more_follows);
 
 }  // namespace lodestar

@@ -1,16 +1,8 @@
-#include <cmath>
-
 #include "core/base/error.h"
 #include "core/base/picture_size.h"
 #include "rpc/convert.h"
 
 namespace lodestar {
-namespace {
-void RefuseNegative(double value, const char* what) {
-  if (!(value >= 0) || std::isinf(value))
-    throw Error(ErrorKind::kInvalidInput, std::string(what) + " must be a finite number of at least 0");
-}
-}  // namespace
 
 v1::JobSpec ToProto(const JobSpec& spec) {
   v1::JobSpec message;
@@ -43,8 +35,7 @@ JobSpec FromProto(const v1::JobSpec& message) {
   spec.max_depth = message.max_depth();
   spec.training_iterations = message.training_iterations();
   spec.lenient = message.lenient();
-  RefuseNegative(spec.budget.seconds, "the time budget");
-  RefuseNegative(spec.budget.error, "the error budget");
+  spec.budget.Check();
   if (spec.max_depth < 0 || spec.max_depth > 100000)
     throw Error(ErrorKind::kInvalidInput, "the maximum depth must be 0 (the scene's) to 100000");
   if (spec.training_iterations < -1)
@@ -126,15 +117,13 @@ v1::JobStatus ToProto(const JobStatus& s) {
   m.set_error(s.error);
   for (const auto& line : s.log) m.add_log(line);
   m.set_submitted_unix_ms(s.submitted_unix_ms);
-  m.set_iteration(s.iteration);
-  m.set_passes(s.passes);
-  m.set_seconds(s.seconds);
-  m.set_relmse_estimated(s.relmse_estimated);
-  m.set_fraction(s.fraction);
-  m.set_seconds_left(s.seconds_left);
-  m.set_rays(s.rays);
-  m.set_paths(s.paths);
-  m.set_vertices(s.vertices);
+  m.set_iteration(s.progress.iteration);
+  m.set_passes(s.progress.passes);
+  m.set_seconds(s.progress.seconds);
+  m.set_relmse_estimated(s.progress.relmse_estimated);
+  m.set_fraction(s.progress.fraction);
+  m.set_seconds_left(s.progress.seconds_left);
+  m.set_rays(s.progress.rays);
   m.set_width(s.width);
   m.set_height(s.height);
   m.set_waiting_for(s.waiting_for);
@@ -156,15 +145,13 @@ JobStatus FromProto(const v1::JobStatus& m) {
   s.error = m.error();
   s.log.assign(m.log().begin(), m.log().end());
   s.submitted_unix_ms = m.submitted_unix_ms();
-  s.iteration = m.iteration();
-  s.passes = m.passes();
-  s.seconds = m.seconds();
-  s.relmse_estimated = m.relmse_estimated();
-  s.fraction = m.fraction();
-  s.seconds_left = m.seconds_left();
-  s.rays = m.rays();
-  s.paths = m.paths();
-  s.vertices = m.vertices();
+  s.progress.iteration = m.iteration();
+  s.progress.passes = m.passes();
+  s.progress.seconds = m.seconds();
+  s.progress.relmse_estimated = m.relmse_estimated();
+  s.progress.fraction = m.fraction();
+  s.progress.seconds_left = m.seconds_left();
+  s.progress.rays = m.rays();
   s.width = m.width();
   s.height = m.height();
   s.waiting_for = m.waiting_for();

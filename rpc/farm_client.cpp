@@ -1,5 +1,6 @@
 #include "rpc/farm_client.h"
 
+#include <algorithm>
 #include <fstream>
 #include <random>
 #include <set>
@@ -7,12 +8,12 @@
 #include <thread>
 
 #include "core/base/bytes.h"
+#include "core/base/sha256_stream.h"
 #include "lodestar/v1/farm.grpc.pb.h"
 #include "rpc/channel.h"
 #include "rpc/convert.h"
 #include "rpc/image_bytes.h"
 #include "rpc/retry.h"
-#include "rpc/sha256_stream.h"
 #include "rpc/streams.h"
 
 namespace lodestar {
@@ -222,7 +223,7 @@ Image FarmClient::GetImage(const JobId& id) {
         while (reader->Read(&chunk)) data += chunk.data();
         return reader->Finish();
       },
-      seconds(60));
+      minutes(60));
   return ImageFromBytes(data);
 }
 
@@ -246,7 +247,7 @@ GuideFile FarmClient::GetGuide(const JobId& id) {
         while (reader->Read(&chunk)) data += chunk.data();
         return reader->Finish();
       },
-      seconds(60));
+      minutes(60));
   return GuideFile::Parse(data, "what " + id.value + " has learned");
 }
 

@@ -4,7 +4,6 @@
 
 #include <grpcpp/support/status.h>
 
-#include <exception>
 #include <functional>
 
 #include "core/base/error.h"

@@ -1,7 +1,6 @@
-// Cutting content into the chunks of a stream, and reading such a stream.
+// Cutting content into the chunks of a stream.
 #pragma once
 
-#include <algorithm>
 #include <string_view>
 
 #include "rpc/types.h"

@@ -80,11 +80,7 @@ struct JobStatus {
   std::string error;             // why it failed
   std::vector<std::string> log;  // last lines
   int64_t submitted_unix_ms = 0;
-  // At the last round's edge (JobProgress).
-  uint32_t iteration = 0;
-  uint64_t passes = 0;
-  double seconds = 0, relmse_estimated = 0, fraction = 0, seconds_left = -1;
-  uint64_t rays = 0, paths = 0, vertices = 0;
+  JobProgress progress;
   uint32_t width = 0, height = 0;  // 0: not known yet
   std::string waiting_for;         // in words, for a job that is not rendering
   std::string scene_path;          // as submitted; not in lists

@@ -4,10 +4,10 @@
 #include <mutex>
 #include <set>
 
+#include "core/base/sha256_stream.h"
 #include "lodestar/v1/worker.grpc.pb.h"
 #include "rpc/channel.h"
 #include "rpc/convert.h"
-#include "rpc/sha256_stream.h"
 #include "rpc/streams.h"
 
 namespace lodestar {
@@ -17,7 +17,7 @@ using std::chrono::minutes;
 using std::chrono::seconds;
 
 struct WorkClient::Impl {
-  std::string address, peer;
+  std::string peer;
   std::unique_ptr<v1::Work::Stub> stub;
   std::mutex mutex;
   std::set<grpc::ClientContext*> calls;
@@ -75,14 +75,10 @@ struct WorkClient::Impl {
 };
 
 WorkClient::WorkClient(const std::string& address) : impl_(new Impl) {
-  impl_->address = address;
   impl_->peer = "the coordinator at " + address;
   impl_->stub = v1::Work::NewStub(OpenChannel(address));
 }
 WorkClient::~WorkClient() = default;
-const std::string& WorkClient::address() const {
-  return impl_->address;
-}
 
 void WorkClient::Shutdown() {
   std::lock_guard lock(impl_->mutex);

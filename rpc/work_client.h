@@ -34,7 +34,6 @@ class WorkClient {
 
   // Ends the calls under way with UnreachableError, and makes later ones fail at once.
   void Shutdown();
-  const std::string& address() const;
 
  private:
   struct Impl;

@@ -10,7 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/log.h"
-#include "rpc/sha256_stream.h"
+#include "core/base/sha256_stream.h"
 
 namespace lodestar {
 namespace fs = std::filesystem;

@@ -144,7 +144,8 @@ int RunTrial(const std::string& folder, const std::string& memory_mib) {
   };
   try {
     const auto description = JobDescription::Parse(ReadFile(JobFile(folder)));
-    const auto scene = ParsePbrtFile(fs::path(folder) / description.scene.main, {.lenient = description.spec.lenient});
+    const auto scene = ParsePbrtFile(fs::path(folder) / description.scene.main,
+                                     {.lenient = description.spec.lenient, .within = folder});
     (void)CompileJob(scene, description.spec);
     WriteFile(ResultFile(folder), std::to_string(PeakBytes()));
     return kCompiled;

@@ -1,9 +1,9 @@
 #include "worker/fingerprint.h"
 
+#include "core/base/sha256_stream.h"
 #include "core/learning/loop.h"
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/local_executor.h"
-#include "rpc/sha256_stream.h"
 
 namespace lodestar {
 namespace {

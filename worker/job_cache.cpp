@@ -87,7 +87,8 @@ std::shared_ptr<LoadedJob> JobCache::Load(const ContentHash& hash, const StopTok
   try {
     const uint64_t bytes = trial_.Run(description, folder, stop);
     MakeRoom(bytes);
-    auto scene = ParsePbrtFile(folder / description.scene.main, {.lenient = description.spec.lenient});
+    auto scene =
+        ParsePbrtFile(folder / description.scene.main, {.lenient = description.spec.lenient, .within = folder});
     // Without this machine's folders, so that every worker's survey has the same bytes.
     for (std::string& line : scene.left_out) line = WithoutFolder(std::move(line), folder);
     auto compiled = CompileJob(scene, description.spec);

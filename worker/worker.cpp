@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <thread>
+
 #include "core/base/log.h"
 #include "core/base/threads.h"
 #include "worker/fingerprint.h"
@@ -197,8 +199,7 @@ void Worker::KeepLoop() {
         if (const auto it = held_.find(lease); it != held_.end()) it->second->Request();
       }
     } catch (const UnreachableError&) {
-      StopToken none;
-      Sleeper::Real().Sleep(backoff.Next(), &none);
+      Sleeper::Real().Sleep(backoff.Next(), nullptr);
     } catch (const Error& error) {
       if (error.kind() == ErrorKind::kNotFound) {
         Forget(id);

@@ -6,12 +6,11 @@
 // for ever.
 #pragma once
 
-#include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <filesystem>
 #include <map>
-#include <thread>
 
 #include "rpc/retry.h"
 #include "worker/job_cache.h"

@@ -14,7 +14,7 @@ void WorkPool::Drain() {
 
 bool WorkPool::Post(std::function<void()> task) {
   std::lock_guard lock(mutex_);
-  if (ending_ || queued_ >= max_queued_) return false;
+  if (ending_ || queued_ >= kMaxQueued) return false;
   ++queued_;
   boost::asio::post(threads_, [this, task = std::move(task)] {
     --queued_;

@@ -10,8 +10,7 @@ namespace lodestar {
 
 class WorkPool {
  public:
-  explicit WorkPool(int threads, size_t max_queued = 4096)
-      : max_queued_(max_queued), threads_(static_cast<size_t>(threads)) {}
+  explicit WorkPool(int threads) : threads_(static_cast<size_t>(threads)) {}
   ~WorkPool() { Drain(); }
   // Finishes what is queued; nothing is taken any more.
   void Drain();
@@ -19,7 +18,7 @@ class WorkPool {
   bool Post(std::function<void()> task);
 
  private:
-  const size_t max_queued_;
+  static constexpr size_t kMaxQueued = 4096;
   std::atomic<size_t> queued_ = 0;
   std::mutex mutex_;  // nothing is posted once the threads are joined
   bool ending_ = false;

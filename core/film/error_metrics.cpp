@@ -27,9 +27,14 @@ double Mean(const std::vector<double>& values) {
   return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-// Mean without the worst kTrimmedFraction of the pixels (rounded down: images below 1000 pixels lose none).
+// The worst kTrimmedFraction of the pixels (rounded down: images below 1000 pixels have none).
+size_t TrimmedCount(const std::vector<double>& values) {
+  return static_cast<size_t>(static_cast<double>(values.size()) * kTrimmedFraction);
+}
+
+// Mean without those.
 double TrimmedMean(const std::vector<double>& values) {
-  const auto cut = static_cast<size_t>(static_cast<double>(values.size()) * kTrimmedFraction);
+  const size_t cut = TrimmedCount(values);
   if (cut == 0) return Mean(values);
   const std::vector<bool> worst = Worst(values, cut);
   double sum = 0;
@@ -119,7 +124,23 @@ EstimatedError EstimateError(const Image& image) {
   std::vector<double> relative(image.pixels.size());
   for (size_t i = 0; i < relative.size(); ++i)
     relative[i] = image.variance[i] / (luminance[i] * luminance[i] + kRelMseEpsilon);
-  return {Mean(relative), TrimmedMean(relative)};
+  const double mean = Mean(luminance);
+  return {Mean(relative), TrimmedVariance(image, relative, mean * mean + kRelMseEpsilon)};
+}
+
+double TrimmedVariance(const Image& image, const std::vector<double>& relative, double square) {
+  constexpr double kOutliersLight = 0.25;
+  const size_t cut = TrimmedCount(relative);
+  if (cut == 0) return Mean(relative);
+  const std::vector<bool> worst = Worst(relative, cut);
+  double kept = 0, outliers = 0, kept_light = 0, outliers_light = 0;
+  for (size_t i = 0; i < relative.size(); ++i) {
+    (worst[i] ? outliers : kept) += worst[i] ? image.variance[i] / square : relative[i];
+    (worst[i] ? outliers_light : kept_light) += Luminance(image.pixels[i]);
+  }
+  if (outliers_light > kOutliersLight * (kept_light + outliers_light))
+    return (kept + outliers) / static_cast<double>(relative.size());
+  return kept / static_cast<double>(relative.size() - cut);
 }
 
 double LargestKept(std::vector<double> values, double left_out) {

@@ -19,13 +19,17 @@ double RelativeEpsilon(double mean_luminance);
 
 // Throws Error(kInvalidInput) where the sizes differ or a pixel of either is not finite (naming it).
 ErrorMetrics Compare(const Image& image, const Image& reference);
-// Expected relMSE of the image from the variances of its pixels: mean(variance / (luminance^2 + eps)), trimmed like the
-// other; infinity for an image without variances. The luminance is the mean over 3x3 pixels: a pixel's own is
+// Expected relMSE of the image from the variances of its pixels: mean(variance / (luminance^2 + eps)), and
+// TrimmedVariance of that; infinity for an image without variances. The luminance is the mean over 3x3 pixels: a pixel's own is
 // correlated with its variance (a firefly raises both), which hides up to all of the error above 1.
 struct EstimatedError {
   double relmse = 0, relmse_trimmed = 0;
 };
 EstimatedError EstimateError(const Image& image);
+// Mean of a picture's relative variances, one a pixel. The worst 0.1 % are left out as outliers, unless they hold more
+// than a quarter of its light: then they are not outliers but what has been met so far, and count relative to `square`,
+// that of the mean of all pixels (plus eps), since what is expected of them is mostly themselves.
+double TrimmedVariance(const Image& image, const std::vector<double>& relative, double square);
 // The value that only the worst `left_out` of them (rounded down) are above.
 double LargestKept(std::vector<double> values, double left_out);
 // Relative luminance error per pixel, (lum x - lum r) / (lum r + eps); for the false-colour map of Lukac 2011.

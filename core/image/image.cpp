@@ -2,6 +2,8 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "core/base/check.h"
@@ -30,7 +32,21 @@ std::unique_ptr<OIIO::ImageInput> OpenImage(const std::string& path, RawImage* i
   info->stored = spec.format;
   info->integer = !spec.format.is_floating_point();
   info->has_alpha = spec.nchannels == 4 || spec.nchannels == 2;
+  Chromaticities named;
+  // Written with few digits as often as not.
+  const auto same = [](float a, float b) { return std::abs(a - b) < 1e-3f; };
+  if (!info->integer && spec.nchannels >= 3 &&
+      spec.getattribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), named.data()) &&
+      !std::ranges::equal(named, kRec709, same))
+    info->chromaticities = named;
   return input;
+}
+
+std::optional<PrimariesMatrix> Conversion(const RawImage& info, WhitePoint white, const std::string& path) {
+  if (!info.chromaticities) return std::nullopt;
+  const auto conversion = ToRec709(*info.chromaticities, white);
+  if (!conversion) throw Error(ErrorKind::kCorrupt, "image '" + path + "' has chromaticities of no colour space");
+  return conversion;
 }
 
 template <class T>
@@ -49,11 +65,13 @@ FloatImage ReadImage(const std::string& path) {
   const auto input = OpenImage(path, &info);
   const auto raw = ReadPixels<float>(*input, info, path);
   FloatImage image{info.width, info.height, std::vector<Rgb>(size_t(info.width) * info.height)};
+  const auto to_rec709 = Conversion(info, WhitePoint::kKept, path);
   const int g = info.channels >= 3 ? 1 : 0, b = info.channels >= 3 ? 2 : 0;
   for (size_t i = 0; i < image.pixels.size(); ++i) {
     const float* p = raw.data() + i * info.channels;
     Rgb c(p[0], p[g], p[b]);
     if (info.integer) c = {SrgbToLinear(c.r), SrgbToLinear(c.g), SrgbToLinear(c.b)};
+    if (to_rec709) c = (*to_rec709)(c);
     image.pixels[i] = c;
   }
   return image;

@@ -17,9 +17,9 @@ struct FloatImage {
   Rgb At(int x, int y) const { return pixels[size_t(y) * width + x]; }
 };
 
-// Linear RGB. 8- and 16-bit files are taken for sRGB and linearised, float files for linear; a single channel is copied
-// to all three, alpha is left out. Throws Error(kNotFound) for a missing and Error(kCorrupt) for an unreadable file,
-// naming it.
+// Light in linear Rec. 709. 8- and 16-bit files are taken for sRGB and linearised, float files for linear, of the
+// primaries that they name (EXR's chromaticities); a single channel is copied to all three, alpha is left out. Throws
+// Error(kNotFound) for a missing and Error(kCorrupt) for an unreadable file, naming it.
 FloatImage ReadImage(const std::string& path);
 
 // One named channel of an EXR: width * height values at `stride` floats from each other.

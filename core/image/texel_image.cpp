@@ -49,6 +49,12 @@ std::unique_ptr<TexelImage> TexelImage::Load(const std::string& path, Encoding e
   if (info.stored != OIIO::TypeDesc::UINT8) {
     auto raw = ReadPixels<float>(*input, info, path);
     const int keep = UsefulChannels(raw, info.channels, 1.0f);
+    if (const auto to_rec709 = Conversion(info, WhitePoint::kAdapted, path)) {
+      for (size_t i = 0; i < raw.size(); i += info.channels) {
+        const Rgb c = (*to_rec709)({raw[i], raw[i + 1], raw[i + 2]});
+        for (int k = 0; k < 3; ++k) raw[i + k] = c[k];
+      }
+    }
     std::vector<float> values;
     values.reserve(size_t(info.width) * info.height * keep);
     for (size_t i = 0; i < raw.size(); i += info.channels)

@@ -42,9 +42,10 @@ const std::vector<Racer>& Racers() {
       // (docs/decisions/0010-focal-guiding.md). It shows nothing before it has narrowed for some iterations. Where it
       // is tried it leads by far, so it is tried early: who comes after it is soon hopeless.
       {"focal", Make<FocalMethod>, {{"initial-iterations", "5"}, {"narrowing-iterations", "10"}}, 3.4, 10, 3, 1000},
-      {"sdtree", Make<SdTreeMethod>, {}, 2.5, 2, 3, 0},
-      {"radiance", Make<SdTreeMethod>, {{"target", "radiance"}}, 2.5, 2, 3, 0},
-      {"product", Make<SdTreeMethod>, {{"product", "on"}}, 4.4, 2, 3, 0},
+      // Trees grow by iterations: after two of them, however many paths they had, they know little.
+      {"sdtree", Make<SdTreeMethod>, {}, 2.5, 4, 3, 0},
+      {"radiance", Make<SdTreeMethod>, {{"target", "radiance"}}, 2.5, 4, 3, 0},
+      {"product", Make<SdTreeMethod>, {{"product", "on"}}, 4.4, 4, 3, 0},
       {"grid", Make<GridMethod>, {}, 2.4, 2, 3, 0},
   };
   return kRacers;
@@ -294,6 +295,12 @@ uint32_t AutoMethod::Winner(const Parts& parts) const {
     const EfficiencyRatio ratio = CompareEfficiency(*result, *leader);
     const double believed = OwnPasses(parts, c) > 0 ? ratio.high : ratio.value;
     if (believed * Promise(parts, c) > Promise(parts, best)) best = c;
+  }
+  // One that learns may have had the doubt; who has learned all that it can is to lead in fact.
+  for (uint32_t c = 0; c < candidates_.size() && OwnPasses(parts, best) == 0; ++c) {
+    const PilotResult *result = LastOf(parts.results, c), *leader = LastOf(parts.results, best);
+    if (result == nullptr || leader == nullptr || !parts.entrants[c].state) continue;
+    if (CompareEfficiency(*result, *leader).value > 1) best = c;
   }
   return best;
 }

@@ -66,11 +66,8 @@ Image WeightedMean(std::span<const Image> images, std::span<const double> weight
   return sum;
 }
 
-// Variance of a film's picture relative to what the pixels are expected to have, mean over the pixels; the worst left
-// out, as in reports, unless they hold more than kOutliersLight of the film's light: then they are not outliers but
-// what there is, and relative to the mean of all pixels, since what is expected of them is mostly themselves.
+// Variance of a film's picture relative to what the pixels are expected to have, mean over the pixels.
 double MeanRelativeVariance(const Image& image, const PixelEstimate& expected) {
-  constexpr double kOutliersLight = 0.25;
   double mean = 0;
   for (size_t i = 0; i < image.size(); ++i) mean += expected.luminance[i] / static_cast<double>(image.size());
   const double epsilon = RelativeEpsilon(mean);
@@ -79,20 +76,7 @@ double MeanRelativeVariance(const Image& image, const PixelEstimate& expected) {
     const double pixel = expected.luminance[i];
     relative[i] = image.variance[i] / (pixel * pixel + epsilon);
   }
-  const double most = LargestKept(relative, kTrimmedFraction);
-  double kept = 0, outliers = 0, kept_light = 0, outliers_light = 0;
-  for (size_t i = 0; i < image.size(); ++i) {
-    const bool outlier = relative[i] > most;
-    if (outlier) {
-      outliers += image.variance[i];
-    } else {
-      kept += relative[i];
-    }
-    (outlier ? outliers_light : kept_light) += Luminance(image.pixels[i]);
-  }
-  outliers /= mean * mean + epsilon;
-  const bool trimmed = outliers_light <= kOutliersLight * (kept_light + outliers_light);
-  return (trimmed ? kept : kept + outliers) / static_cast<double>(image.size());
+  return TrimmedVariance(image, relative, mean * mean + epsilon);
 }
 
 // Guides get better as they learn: of one candidate's films none should be noisier per pass than the one before. Where

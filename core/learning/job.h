@@ -1,4 +1,5 @@
-// What a user asked for, as plain values: everything that determines the picture, and the budget that ends it.
+// What a user asked for, as plain values: everything that determines the picture, and the budget that ends it; and how
+// far it is.
 #pragma once
 
 #include <cstdint>
@@ -40,6 +41,17 @@ struct JobSpec {
   // Throws Error(kCorrupt), or (kConflict) for another version's bytes; what the values mean is checked by whoever uses
   // them (Loop, MakeMethod).
   static JobSpec Parse(std::string_view bytes);
+};
+
+// How far a run is, at a round's edge.
+struct JobProgress {
+  uint32_t iteration = 0;
+  uint64_t passes = 0;
+  double seconds = 0;
+  double relmse_estimated = 0;  // the last measured; infinity while unknown
+  double fraction = 0;          // of the nearest budget
+  double seconds_left = -1;     // -1: unknown
+  uint64_t rays = 0;
 };
 
 // What the first unit of a job finds out about its scene (by whoever compiles scenes); the learning half sees no more

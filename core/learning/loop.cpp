@@ -15,6 +15,8 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::infinity();
 // The estimate from fewer passes is too unsteady to end a job on: a scene may look black at first.
 constexpr uint64_t kMinPassesForErrorStop = 16;
+// A picture without any noise has most likely met no light yet.
+constexpr uint64_t kMinPassesForNoError = 1024;
 // The same for the variances of iterations: from the fourth on (8 passes).
 constexpr uint32_t kMinIterationForAutomatic = 3;
 // Measuring takes time, and neighbouring points tell little: one for every five per cent more passes (two where the
@@ -176,7 +178,8 @@ void Loop::DecideStop(const Round& round, double round_seconds, const Image* ref
   if (measured) Measure(reference);
   if (finished_) return;
 
-  if (measured && job_.budget.error > 0 && error_ <= job_.budget.error && iteration_passes_ >= kMinPassesForErrorStop)
+  const uint64_t passes_to_believe = error_ > 0 ? kMinPassesForErrorStop : kMinPassesForNoError;
+  if (measured && job_.budget.error > 0 && error_ <= job_.budget.error && iteration_passes_ >= passes_to_believe)
     return finish("error");
   if (iteration_complete_) {
     next_is_final_ = EndsTraining(iteration_ + 1);
@@ -213,7 +216,7 @@ bool Loop::EndsTraining(uint32_t next) const {
   const double predicted_end = seconds_ + last_advance_seconds_ + seconds_per_pass * static_cast<double>(passes);
   if (job_.budget.seconds > 0 && predicted_end > job_.budget.seconds / 2) return true;
 
-  if (job_.budget.error > 0 && std::isfinite(error_)) {
+  if (job_.budget.error > 0 && std::isfinite(error_) && error_ > 0) {
     const double needed = static_cast<double>(combined_->passes) * error_ / job_.budget.error;
     if (needed < static_cast<double>(two_doublings)) return true;
   }
@@ -299,8 +302,6 @@ JobProgress Loop::Progress(double seconds_per_pass) const {
   progress.seconds = seconds_;
   progress.relmse_estimated = error_;
   progress.rays = report_.rays;
-  progress.paths = report_.paths;
-  progress.vertices = report_.vertices;
   double left = kUnknown;
   const auto consider = [&](double fraction, double seconds) {
     progress.fraction = std::max(progress.fraction, std::clamp(fraction, 0.0, 1.0));

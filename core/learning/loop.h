@@ -39,16 +39,6 @@ struct ErrorPoint {
   std::optional<ErrorMetrics> against_reference;
 };
 
-struct JobProgress {
-  uint32_t iteration = 0;
-  uint64_t passes = 0;
-  double seconds = 0;
-  double relmse_estimated = 0;  // the last measured; infinity while unknown
-  double fraction = 0;          // of the nearest budget
-  double seconds_left = -1;     // -1: unknown
-  uint64_t rays = 0, paths = 0, vertices = 0;
-};
-
 struct JobReport {
   JobSpec job;
   Survey survey;

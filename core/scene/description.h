@@ -157,7 +157,7 @@ struct BilinearMesh {
   std::vector<std::array<uint32_t, 4>> patches;  // p00, p10, p01, p11
 };
 struct AreaLightDescription {
-  Rgb radiance;  // scale applied
+  Rgb radiance;  // scale and exposure applied
   bool two_sided = false;
   float power = 0;  // > 0: the radiance is scaled so that the whole light emits this many watts (luminous, Y)
   SourceLocation where;
@@ -185,7 +185,7 @@ struct InstanceDescription {
 // -----------------------------------------------------------------------------------------------------------------------
 
 struct PointLight {
-  Rgb intensity;  // W/sr, scale and power applied
+  Rgb intensity;  // W/sr; scale, power and exposure applied
   Vec3 from;
 };
 struct SpotLight {

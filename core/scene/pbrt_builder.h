@@ -91,6 +91,7 @@ class PbrtBuilder {
   void PixelFilter(const Token&);
   void Film(const Token&);
   void Camera(const Token&);
+  void Expose();
   void ColorSpace(const Token&);
   void Option(const Token&);
   void Accelerator(const Token&);
@@ -98,7 +99,7 @@ class PbrtBuilder {
   void MakeNamedMedium(const Token&);
 
   // pbrt_values.cpp
-  std::filesystem::path Resolve(const std::string& name) const;
+  std::filesystem::path Resolve(const SourceLocation& where, const std::string& name) const;
   std::string NeedFile(const PbrtParams& params, const PbrtParam& param, const std::string& name);
   SampledSpectrum Samples(const PbrtParams& params, const PbrtParam& param);
   Rgb SurfaceSpectrum(const PbrtParams& params, const PbrtParam& param, bool albedo);
@@ -144,10 +145,13 @@ class PbrtBuilder {
 
   SceneDescription scene_;
   PbrtRefusals refusals_;
+  std::filesystem::path within_;  // ParseOptions'
   std::filesystem::path root_;
   std::filesystem::path folder_;  // of the file being read
   Tokenizer* in_ = nullptr;
   int depth_ = 0;  // of includes
+
+  float iso_ = 100, exposure_seconds_ = 1;
 
   State state_;
   std::vector<Block> blocks_;

@@ -74,7 +74,7 @@ const std::map<std::string_view, PbrtBuilder::Directive>& PbrtBuilder::Directive
 }
 
 PbrtBuilder::PbrtBuilder(const ParseOptions& options, std::filesystem::path folder)
-    : refusals_(options.lenient), root_(std::move(folder)) {}
+    : refusals_(options.lenient), within_(options.within.lexically_normal()), root_(std::move(folder)) {}
 
 void PbrtBuilder::AddFile(const std::filesystem::path& path) {
   std::string name = path.lexically_normal().string();
@@ -107,6 +107,7 @@ SceneDescription PbrtBuilder::Finish(const SourceLocation& end) {
   if (!in_world_) FailAt(end, ErrorKind::kInvalidInput, "the file ends without a WorldBegin");
   CheckMaterials();
   CheckLights();
+  Expose();
   scene_.left_out = refusals_.Take();
   return std::move(scene_);
 }
@@ -321,7 +322,7 @@ void PbrtBuilder::IncludeFile(const Token& directive) {
     FailAt(
         directive.where(), ErrorKind::kInvalidInput,
         "files include each other more than " + std::to_string(kMaxIncludeDepth) + " deep; does one include itself?");
-  const std::filesystem::path path = Resolve(name);
+  const std::filesystem::path path = Resolve(directive.where(), name);
   std::string text;
   try {
     text = ReadFileMaybeGzip(path);

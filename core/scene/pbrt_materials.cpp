@@ -115,9 +115,12 @@ PbrtBuilder::MaterialKind PbrtBuilder::ReadMaterial(const std::string& type, con
     UnknownType(directive, type, kSupported);
   }
   if (type == "coateddiffuse" || type == "coatedconductor") {
-    // The layering here is analytic: without an absorbing medium between the layers these do not matter.
-    params.Accept({type == "coateddiffuse" ? "thickness" : "interface.thickness", "maxdepth", "nsamples", "g"});
-    if (type == "coatedconductor") params.Accept({"thickness"});
+    // The layering here is analytic, so these do not matter. In pbrt-v4 a coat absorbs by its thickness, though it has
+    // no medium: 2 % of what passes at the default, which is neglected here, and 86 % at 1.
+    params.Accept({"maxdepth", "nsamples", "g"});
+    const char* absorbs = "a coat of it absorbs";
+    params.RefuseUnless("thickness", {0.01f}, absorbs);
+    if (type == "coatedconductor") params.RefuseUnless("interface.thickness", {0.01f}, absorbs);
     if (const PbrtParam* albedo = params.Find("albedo", {"rgb", "spectrum", "texture"}))
       if (albedo->type == "texture" || !IsBlack(SurfaceSpectrum(params, *albedo, true)))
         params.Refuse({"albedo"}, "there is no medium between the layers; only 0 is");

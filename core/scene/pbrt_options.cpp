@@ -108,17 +108,19 @@ void PbrtBuilder::Film(const Token& directive) {
                " cannot be rendered; " + PictureSizeRule());
   scene_.resolution_x = x;
   scene_.resolution_y = y;
-  if (type != "rgb")
-    return refusals_.Refuse(directive.where(),
-                            params.label() + " is not supported; use rgb (images carry their own auxiliary layers)");
-  // The output's name is given on the command line; the sensor's size only serves cameras that are not supported.
+  if (type == "spectral")
+    refusals_.Refuse(directive.where(), params.label() + " is not supported; use rgb (rendering is in linear sRGB)");
+  // The output's name and its auxiliary layers are given on the command line; the sensor's size only serves cameras
+  // that are not supported.
   params.Accept({"filename", "diagonal", "savefp16"});
+  if (type == "gbuffer") params.Accept({"coordinatesystem"});
+  if (type == "spectral") params.Accept({"nbuckets", "lambdamin", "lambdamax"});
   params.RefuseUnless("cropwindow", {0, 1, 0, 1}, "it changes the image");
   params.Refuse({"pixelbounds", "maxcomponentvalue"}, "it changes the image");
-  params.RefuseUnless("iso", {100}, "it changes the image");
   params.RefuseUnless("exposuretime", {1}, "it changes the image");
   params.RefuseUnless("whitebalance", {0}, "it changes the image");
   if (params.String("sensor", "cie1931") != "cie1931") params.Refuse({"sensor"}, "only cie1931 is");
+  iso_ = params.PositiveFloat("iso", 100);
   params.Finish();
 }
 
@@ -131,6 +133,11 @@ void PbrtBuilder::Camera(const Token& directive) {
   CameraDescription camera;
   camera.camera_from_world = state_.ctm;
   coordinate_systems_["camera"] = state_.ctm.Inverse();
+  const float open = params.Float("shutteropen", 0), close = params.Float("shutterclose", 1);
+  if (!(close > open))
+    FailAt(params.where(), ErrorKind::kInvalidInput,
+           params.label() + ": \"shutterclose\" must be later than \"shutteropen\": what is between is the exposure");
+  exposure_seconds_ = close - open;
   if (type != "perspective") {
     refusals_.Refuse(directive.where(), params.label() + " is not supported; use perspective");
     scene_.camera = camera;
@@ -154,9 +161,30 @@ void PbrtBuilder::Camera(const Token& directive) {
              "\"float screenwindow\" of " + params.label() + " takes four numbers: x0 < x1, y0 < y1");
     std::copy(window.begin(), window.end(), camera.screen_window.begin());
   }
-  params.Accept({"shutteropen", "shutterclose"});  // nothing moves
   params.Finish();
   scene_.camera = camera;
+}
+
+// pbrt-v4's film measures exposure time * iso / 100 of the light that falls on it (its PixelSensor's imaging ratio).
+// The lights are made so much stronger, once both directives are known.
+void PbrtBuilder::Expose() {
+  const float ratio = exposure_seconds_ * iso_ / 100;
+  for (ShapeDescription& shape : scene_.shapes) {
+    if (!shape.light) continue;
+    if (shape.light->power > 0)
+      shape.light->power *= ratio;
+    else
+      shape.light->radiance *= ratio;
+  }
+  for (LightDescription& light : scene_.lights) {
+    const auto scale = [ratio](auto& kind) {
+      if constexpr (requires { kind.intensity; })
+        kind.intensity *= ratio;
+      else
+        kind.radiance *= ratio;
+    };
+    std::visit(scale, light.kind);
+  }
 }
 
 void PbrtBuilder::ColorSpace(const Token& directive) {

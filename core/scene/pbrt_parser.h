@@ -12,6 +12,9 @@ namespace lodestar {
 struct ParseOptions {
   // Refuse what is not supported (false), or leave it out and list it in SceneDescription::left_out (true).
   bool lenient = false;
+  // Not empty: files have relative names and lie in this folder; else Error(kInvalidInput), with nothing read of them.
+  // A worker reads what a client sent it, and nothing else of its machine's; "/" asks for relative names alone.
+  std::filesystem::path within = {};
 };
 
 // Throws Error: kNotFound for missing files, kUnsupported for a directive or parameter that exists in pbrt-v4 and not

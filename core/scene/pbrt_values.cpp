@@ -36,18 +36,30 @@ std::vector<double> ReadNumbersFile(const std::string& path) {
 
 // As pbrt has it, names are relative to the scene file's folder, wherever they stand; names relative to an included
 // file are found as well.
-std::filesystem::path PbrtBuilder::Resolve(const std::string& name) const {
+std::filesystem::path PbrtBuilder::Resolve(const SourceLocation& where, const std::string& name) const {
   const std::filesystem::path path(name);
-  if (path.is_absolute()) return path;
+  if (path.is_absolute()) {
+    if (within_.empty()) return path;
+    FailAt(where, ErrorKind::kInvalidInput,
+           "\"" + name +
+               "\" is an absolute name, and a farm's workers have other folders; name it relative to the scene file's");
+  }
   const std::filesystem::path from_root = (root_ / path).lexically_normal(),
                               from_here = (folder_ / path).lexically_normal();
   std::error_code code;
-  return !std::filesystem::exists(from_root, code) && std::filesystem::exists(from_here, code) ? from_here : from_root;
+  const std::filesystem::path& found =
+      !std::filesystem::exists(from_root, code) && std::filesystem::exists(from_here, code) ? from_here : from_root;
+  if (!within_.empty()) {
+    const auto inside = std::filesystem::absolute(found).lexically_normal().lexically_relative(within_);
+    if (inside.empty() || *inside.begin() == "..")
+      FailAt(where, ErrorKind::kInvalidInput, "\"" + name + "\" is outside of the scene's own files");
+  }
+  return found;
 }
 
 std::string PbrtBuilder::NeedFile(const PbrtParams& params, const PbrtParam& param, const std::string& name) {
   if (name.empty()) params.Fail(param, "is empty; expected a file name");
-  const std::filesystem::path path = Resolve(name);
+  const std::filesystem::path path = Resolve(param.where, name);
   std::error_code code;
   if (!std::filesystem::is_regular_file(path, code))
     FailAt(param.where, ErrorKind::kNotFound,
@@ -64,7 +76,7 @@ SampledSpectrum PbrtBuilder::Samples(const PbrtParams& params, const PbrtParam& 
     if (param.strings.size() != 1 || !numbers.empty())
       params.Fail(param, "takes one name, one file, or pairs of numbers");
     std::error_code code;
-    if (!std::filesystem::is_regular_file(Resolve(name), code))
+    if (!std::filesystem::is_regular_file(Resolve(param.where, name), code))
       FailAt(param.where, ErrorKind::kNotFound,
              "\"" + name + "\" of " + params.label() +
                  " is neither a spectrum file nor a named spectrum of this kind; the names are: " + Names());

@@ -30,7 +30,7 @@ struct JobEnd : InProcessFarm {
   // Until the job has a round.
   void FirstRound(HandWorker& worker, const JobId& id) {
     Survey(worker);
-    while (client->GetJob(id).passes == 0) {
+    while (client->GetJob(id).progress.passes == 0) {
       const auto unit = worker.Lease();
       ASSERT_TRUE(unit && unit->render);
       ASSERT_EQ(worker.Render(*unit), ContributionOutcome::kCommitted);
@@ -46,7 +46,7 @@ TEST_F(JobEnd, NoCheckpointStaysOfAJobThatEndsWithoutAnImage) {
   const auto unit = worker.Lease();
   ASSERT_TRUE(unit && unit->render);
   ASSERT_EQ(worker.Render(*unit), ContributionOutcome::kCommitted);
-  ASSERT_EQ(client->GetJob(id).passes, 0u) << "a part of its first round";
+  ASSERT_EQ(client->GetJob(id).progress.passes, 0u) << "a part of its first round";
   ContentHash checkpoint;
   ASSERT_TRUE(Eventually(seconds(10), [&] { return !(checkpoint.hex = StoredCheckpoint()).empty(); }));
   client->Cancel(id);
@@ -73,7 +73,7 @@ TEST_F(JobEnd, AJobThatBeginsAgainHasNoProgress) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(options.store / "blobs"))
     if (entry.path().filename() == hash) std::ofstream(entry.path()) << "not a checkpoint";
   Start();
-  ASSERT_TRUE(Eventually(seconds(10), [&] { return client->GetJob(id).passes == 0; }));
+  ASSERT_TRUE(Eventually(seconds(10), [&] { return client->GetJob(id).progress.passes == 0; }));
   EXPECT_EQ(client->GetJob(id).phase, JobPhase::kRunning);
 }
 

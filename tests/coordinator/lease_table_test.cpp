@@ -192,45 +192,40 @@ TEST_F(LeaseTableTest, BusyWhileALeaseIsOut) {
 }
 
 TEST(LeaseUnits, ShareARoundAndShrinkTowardItsEnd) {
-  const LeaseSizing sizing;
   uint32_t free = 1024, leases = 0, last = 1024;
   while (free > 0) {
-    const uint32_t units = std::min(free, LeaseUnits(sizing, free, 1024, 0.5, 0.001, false));
+    const uint32_t units = std::min(free, LeaseUnits(free, 1024, 0.5, 0.001, false));
     EXPECT_LE(units, last) << "where " << free << " are left";
     free -= last = units;
     ++leases;
   }
   EXPECT_LE(leases, 40u) << "each an eighth of what is left";
   EXPECT_LE(last, 16u) << "so that all end together: a fiftieth of a second";
-  EXPECT_GE(LeaseUnits(sizing, 100, 1024, 0.5, 0.001, true), 256u)
-      << "where more follows there is no tail to be short for";
-  EXPECT_EQ(LeaseUnits(sizing, 1, 1, 0.002, 0, false), 1u);
-  EXPECT_LE(LeaseUnits(sizing, 1024, 1024, 0.5, 0, true), 64u) << "nothing is known yet";
+  EXPECT_GE(LeaseUnits(100, 1024, 0.5, 0.001, true), 256u) << "where more follows there is no tail to be short for";
+  EXPECT_EQ(LeaseUnits(1, 1, 0.002, 0, false), 1u);
+  EXPECT_LE(LeaseUnits(1024, 1024, 0.5, 0, true), 64u) << "nothing is known yet";
 }
 
 TEST(LeaseUnits, FollowTheWorkersSpeed) {
-  const LeaseSizing sizing;
   // One worker is seven times as fast as the other: what each takes should last alike.
-  const uint32_t fast = LeaseUnits(sizing, 1024, 1024, 7 / 8.0, 0.001, false),
-                 slow = LeaseUnits(sizing, 1024, 1024, 1 / 8.0, 0.007, false);
+  const uint32_t fast = LeaseUnits(1024, 1024, 7 / 8.0, 0.001, false),
+                 slow = LeaseUnits(1024, 1024, 1 / 8.0, 0.007, false);
   EXPECT_EQ(fast, 8 * slow);
 }
 
 TEST(LeaseUnits, HaveTwoSecondsOfWorkWhereTheRoundIsLongEnough) {
-  const LeaseSizing sizing;
   for (const double seconds : {0.01, 0.1, 0.5}) {
-    const double work = seconds * LeaseUnits(sizing, 100000, 100000, 0.25, seconds, true);
+    const double work = seconds * LeaseUnits(100000, 100000, 0.25, seconds, true);
     EXPECT_GE(work, 2 / 1.5) << seconds << ": blocks are powers of two";
     EXPECT_LE(work, 2 * 1.5) << seconds;
   }
-  EXPECT_EQ(LeaseUnits(sizing, 1000, 1000, 1.0, 60, false), 1u) << "a unit of a minute goes out alone";
+  EXPECT_EQ(LeaseUnits(1000, 1000, 1.0, 60, false), 1u) << "a unit of a minute goes out alone";
 }
 
 TEST(LeaseUnits, AreNotTooSmallForTheirCall) {
-  const LeaseSizing sizing;
-  EXPECT_GE(0.0001 * LeaseUnits(sizing, 100, 1024, 0.5, 0.0001, false), 0.02 / 8) << "what is left, at the end";
-  EXPECT_GE(0.0001 * LeaseUnits(sizing, 1024, 1024, 0.5, 0.0001, false), 0.02 / 1.5);
-  EXPECT_LE(LeaseUnits(sizing, 400, 1024, 0.5, 0.00001, false), 256u) << "nobody takes what is others' part";
+  EXPECT_GE(0.0001 * LeaseUnits(100, 1024, 0.5, 0.0001, false), 0.02 / 8) << "what is left, at the end";
+  EXPECT_GE(0.0001 * LeaseUnits(1024, 1024, 0.5, 0.0001, false), 0.02 / 1.5);
+  EXPECT_LE(LeaseUnits(400, 1024, 0.5, 0.00001, false), 256u) << "nobody takes what is others' part";
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 
 #include "coordinator/blob_store.h"
 #include "coordinator/checkpoint.h"
-#include "coordinator/scheduler.h"
 #include "core/base/error.h"
 #include "rpc/status.h"
 #include "tests/farm/support/process.h"
@@ -283,14 +282,6 @@ TEST(Checkpoint, SurvivesAndRefusesOtherVersions) {
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::kConflict);
   }
-}
-
-TEST(Scheduler, PriorityThenAge) {
-  std::vector<JobRank> jobs{{1, 0}, {2, 5}, {3, 5}, {4, -1}, {5, 0}};
-  SortByRank(jobs);
-  std::vector<int64_t> order;
-  for (const auto& job : jobs) order.push_back(job.number);
-  EXPECT_EQ(order, (std::vector<int64_t>{2, 3, 1, 5, 4}));
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include <thread>
 
-#include "rpc/sha256_stream.h"
+#include "core/base/sha256_stream.h"
 #include "tests/coordinator/hand_worker.h"
 #include "tests/coordinator/in_process_farm.h"
 
@@ -99,7 +99,7 @@ TEST_F(Strikes, AFailedJobKeepsTheImageOfItsRounds) {
     ASSERT_TRUE(survey && !survey->render);
     worker.Survey(*survey);
     EXPECT_THROW(client->GetImage(id), Error) << "nothing has been rendered";
-    while (client->GetJob(id).passes < 3) {
+    while (client->GetJob(id).progress.passes < 3) {
       const auto unit = worker.Lease();
       ASSERT_TRUE(unit);
       worker.Render(*unit);
@@ -114,7 +114,7 @@ TEST_F(Strikes, AFailedJobKeepsTheImageOfItsRounds) {
   }
   const auto status = client->Watch(id, {});
   EXPECT_EQ(status.phase, JobPhase::kFailed);
-  spec.budget.spp = status.passes;
+  spec.budget.spp = status.progress.passes;
   const auto expected = RenderHere(box, spec);
   for (const char* when : {"now", "after a restart"}) {
     EXPECT_TRUE(SameBits(client->GetImage(id), expected.image)) << when;

@@ -224,7 +224,7 @@ TEST_F(FarmThreads, ClientsAndWorkersAtOnce) {
       while (!stop) Ask(farm, id), Ask(farm, other);
     });
   }
-  EXPECT_TRUE(Eventually(seconds(60), [&] { return Get(farm, other).passes > 0; }));
+  EXPECT_TRUE(Eventually(seconds(60), [&] { return Get(farm, other).progress.passes > 0; }));
   v1::CancelJobRequest cancel;
   cancel.set_job_id(other);
   v1::CancelJobReply cancelled;
@@ -246,10 +246,10 @@ TEST_F(FarmThreads, EndsWhileItIsAsked) {
     DirectWorker worker(*farm, box, spec, 7);
     std::jthread working([&] { worker.Run(stop); });
     if (run == 0) id = Submit(*farm, spec, "job");
-    const uint64_t before = Get(*farm, id).passes;
+    const uint64_t before = Get(*farm, id).progress.passes;
     EXPECT_TRUE(Eventually(seconds(60), [&] {
       const auto status = Get(*farm, id);
-      return Ended(status.phase) || (run < 2 && status.passes > before + 2);
+      return Ended(status.phase) || (run < 2 && status.progress.passes > before + 2);
     }));
     stop = true;
     working.join();

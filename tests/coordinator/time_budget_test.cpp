@@ -16,7 +16,7 @@ struct TimeBudget : InProcessFarm {
     options.leases.duration = seconds(1000);  // nobody is given up while the time is moved
     Start();
   }
-  double SecondsOf(const JobId& id) { return client->GetJob(id).seconds; }
+  double SecondsOf(const JobId& id) { return client->GetJob(id).progress.seconds; }
 };
 
 TEST_F(TimeBudget, WaitingForWorkersIsFree) {
@@ -43,7 +43,7 @@ TEST_F(TimeBudget, WaitingForWorkersIsFree) {
   client->Cancel(first);
   ASSERT_EQ(client->Watch(first, {}).phase, JobPhase::kCancelled);
   int leases = 0;
-  for (; client->GetJob(timed).passes == 0; ++leases) {
+  for (; client->GetJob(timed).progress.passes == 0; ++leases) {
     const auto unit = worker.Lease();
     ASSERT_TRUE(unit && unit->render);
     ASSERT_EQ(unit->job, timed);

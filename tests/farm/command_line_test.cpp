@@ -155,6 +155,16 @@ TEST_F(FarmCommands, WhatIsNotSupportedIsRefusedHereUnlessLenient) {
   EXPECT_EQ(ReadImageFile(folder_.path() / "odd.exr").width, 64u);
 }
 
+// Workers have other folders.
+TEST_F(FarmCommands, AbsoluteNamesAreRefusedHere) {
+  const auto part = folder_.Write("scene/part.pbrt", "Shape \"sphere\"\n");
+  folder_.Write("scene/absolute.pbrt", std::string(kBoxScene) + "Include \"" + part.string() + "\"\n");
+  const Ran ran = Shell("lodestar submit scene/absolute.pbrt --spp 4");
+  EXPECT_EQ(ran.code, 3);
+  EXPECT_THAT(ran.err, AllOf(HasSubstr("absolute.pbrt:"), HasSubstr("is an absolute name")));
+  EXPECT_TRUE(client().ListJobs().empty()) << "nothing was sent";
+}
+
 TEST_F(FarmCommands, TheReplayCommandOfAReportRuns) {
   folder_.Write("scene/blinding.pbrt", std::string(kPlainFloor) + kBlindingLight);
   const std::string id =

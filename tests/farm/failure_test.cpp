@@ -19,7 +19,7 @@ class FarmFailure : public FarmFixture {
   void WaitForPasses(const JobId& id, uint64_t passes) {
     ASSERT_TRUE(Eventually(seconds(30), [&] {
       const auto status = client().GetJob(id);
-      return status.passes >= passes || Ended(status.phase);
+      return status.progress.passes >= passes || Ended(status.phase);
     }));
   }
   void ExpectSame(const JobId& id, const JobSpec& spec) {
@@ -116,11 +116,11 @@ TEST_F(FarmFailure, ACoordinatorEndsInOrderAndGoesOn) {
   const auto spec = BoxJob("sdtree", 256);
   const auto id = SubmitBox(spec);
   WaitForPasses(id, 8);
-  const auto passes = client().GetJob(id).passes;
+  const auto passes = client().GetJob(id).progress.passes;
   coordinator_.Signal(SIGTERM);
   ASSERT_EQ(coordinator_.Wait(seconds(10)), 0);
   StartCoordinator();
-  EXPECT_GE(client().GetJob(id).passes, passes) << "it did not store its position at its end";
+  EXPECT_GE(client().GetJob(id).progress.passes, passes) << "it did not store its position at its end";
   ExpectSame(id, spec);
 }
 

@@ -82,6 +82,19 @@ TEST(EstimatedError, BlackIsZeroAndNoVarianceIsUnknown) {
   EXPECT_EQ(EstimateError(Image{}).relmse, std::numeric_limits<double>::infinity());
 }
 
+// One pixel in 2304 has met light: it is what there is, and no outlier.
+TEST(EstimatedError, WhatHoldsTheLightIsNotTrimmed) {
+  Image image = Flat(48, 48, Rgb(0));
+  image.variance.assign(image.size(), 0);
+  image.pixels[1000] = Rgb(100);
+  image.variance[1000] = 1e4f;  // one sample of 16, near enough
+  const double mean = 100.0 / (48 * 48);
+  EXPECT_NEAR(EstimateError(image).relmse_trimmed, 1e4 / (mean * mean + 0.01) / (48 * 48), 1);
+  // Beside the light of all others it is an outlier.
+  for (Rgb& pixel : image.pixels) pixel += Rgb(1);
+  EXPECT_EQ(EstimateError(image).relmse_trimmed, 0);
+}
+
 // Noise of a known kind over a gradient: `passes` samples of mean 1 with a chance `hit` of being lit.
 struct Noisy {
   Image image, reference;

@@ -1,5 +1,6 @@
 #include "core/image/image.h"
 
+#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -7,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/image/texel_image.h"
+#include "core/math/primaries.h"
 #include "core/math/srgb.h"
 #include "tests/support/temporary_folder.h"
 
@@ -48,6 +50,35 @@ TEST(Image, ExrKeepsNamedChannels) {
   WriteExr(Temp("aov.exr"), 3, 2,
            {{"R", values.data()}, {"G", values.data()}, {"B", values.data()}, {"variance.R", values.data()}});
   EXPECT_EQ(ReadImage(Temp("aov.exr")).At(2, 1), Rgb(6));
+}
+
+// An EXR in ACES2065-1, as pbrt's imgtool writes skies: as light it keeps its white, as a surface its white is ours.
+TEST(Image, ChromaticitiesAreConverted) {
+  const Chromaticities aces{0.7347f, 0.2653f, 0, 1, 0.0001f, -0.077f, 0.32168f, 0.33767f};
+  const auto write = [](const char* name, const Chromaticities& primaries) {
+    OIIO::ImageSpec spec(1, 1, 3, OIIO::TypeDesc::FLOAT);
+    spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), primaries.data());
+    const auto out = OIIO::ImageOutput::create(Temp(name));
+    const float pixel[3] = {0.3f, 0.36f, 0.5f};
+    ASSERT_TRUE(out && out->open(Temp(name), spec) && out->write_image(OIIO::TypeDesc::FLOAT, pixel) && out->close());
+  };
+  const Rgb written(0.3f, 0.36f, 0.5f);
+  const auto expect = [&](const char* name, Rgb light, Rgb surface) {
+    const Rgb read = ReadImage(Temp(name)).At(0, 0);
+    const Rgb texel = TexelImage::Load(Temp(name), TexelImage::Encoding::kLinear, 1)
+                          ->LookupRgb({0.5f, 0.5f}, TexelImage::Wrap::kClamp, true);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(read[c], light[c], 2e-3f) << name << ", component " << c;
+      EXPECT_NEAR(texel[c], surface[c], 2e-3f) << name << ", component " << c;
+    }
+  };
+  write("aces.exr", aces);
+  expect("aces.exr", (*ToRec709(aces, WhitePoint::kKept))(written), (*ToRec709(aces, WhitePoint::kAdapted))(written));
+  EXPECT_LT(ReadImage(Temp("aces.exr")).At(0, 0).r, 0.18f);
+  write("rec709.exr", kRec709);
+  EXPECT_EQ(ReadImage(Temp("rec709.exr")).At(0, 0), written);
+  write("none.exr", {});
+  EXPECT_THROW(ReadImage(Temp("none.exr")), Error);
 }
 
 TEST(Image, PngIsSrgbWithExposure) {

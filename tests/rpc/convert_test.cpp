@@ -212,14 +212,14 @@ TEST(Convert, StatusesSurvive) {
   s.phase = JobPhase::kFailed;
   s.error = "box.pbrt:1:2: no";
   s.log = {"a", "b"};
-  s.passes = 12;
-  s.seconds_left = -1;
+  s.progress.passes = 12;
+  s.progress.seconds_left = -1;
   const auto back = FromProto(ToProto(s));
   EXPECT_EQ(back.id, s.id);
   EXPECT_EQ(back.phase, s.phase);
   EXPECT_EQ(back.error, s.error);
   EXPECT_EQ(back.log, s.log);
-  EXPECT_EQ(back.passes, s.passes);
+  EXPECT_EQ(back.progress.passes, s.progress.passes);
   auto m = ToProto(s);
   m.set_phase(static_cast<v1::JobPhase>(17));
   Refusal([&] { FromProto(m); });

@@ -275,6 +275,46 @@ TEST(PbrtFiles, ImportsLeaveTheStateAsItWas) {
             std::string::npos);
 }
 
+// As a worker reads what it was sent: nothing of a file elsewhere is read, nor said.
+TEST(PbrtFiles, FilesElsewhereAreRefused) {
+  TemporaryFolder outer;
+  outer.Write("secret.pbrt", "password");
+  outer.Write("scene/sub/part.pbrt", "Include \"../sphere.pbrt\"");
+  outer.Write("scene/sphere.pbrt", "Shape \"sphere\"");
+  const auto folder = outer.path() / "scene";
+  const auto parse = [&](const std::string& text, const std::filesystem::path& within) {
+    return ParsePbrtText("WorldBegin\n" + text, "s.pbrt", folder, {.within = within});
+  };
+  EXPECT_EQ(parse("Include \"sub/part.pbrt\" Include \"sub/../sphere.pbrt\"", folder).shapes.size(), 2u);
+  const auto refused = [&](const std::string& text, const std::filesystem::path& within, const std::string& why) {
+    try {
+      parse(text, within);
+      ADD_FAILURE() << text << " was accepted";
+    } catch (const Error& error) {
+      EXPECT_EQ(static_cast<int>(error.kind()), static_cast<int>(kBad));
+      EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("s.pbrt:2:"), std::string::npos) << error.what();
+      EXPECT_EQ(std::string(error.what()).find("password"), std::string::npos) << error.what();
+    }
+  };
+  const std::string absolute = (outer.path() / "secret.pbrt").string();
+  for (const std::string directive :
+       {"Include ", "Shape \"plymesh\" \"string filename\" ", "LightSource \"point\" \"spectrum I\" "}) {
+    refused(directive + "\"../secret.pbrt\"", folder, "outside of the scene's own files");
+    refused(directive + "\"sub/../../secret.pbrt\"", folder, "outside of the scene's own files");
+    refused(directive + '"' + absolute + '"', folder, "absolute name");
+    refused(directive + '"' + absolute + '"', "/", "absolute name");
+  }
+  // Relative names alone are asked for, wherever they lead; and without any rule the file is read.
+  refused("Include \"../absent.pbrt\"", folder, "outside");
+  try {
+    parse("Include \"../secret.pbrt\"", "/");
+    FAIL() << "was accepted";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("unknown directive \"password\""), std::string::npos) << error.what();
+  }
+}
+
 TEST(PbrtFiles, RecursionEndsWithAnError) {
   TemporaryFolder folder;
   const auto file = folder.Write("loop.pbrt", "Include \"loop.pbrt\"");

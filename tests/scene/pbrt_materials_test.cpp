@@ -102,7 +102,7 @@ TEST(PbrtMaterials, Coated) {
   EXPECT_EQ(plain.roughness.u.value, 0);
   const auto coated = Made<CoatedDiffuseMaterial>(
       "\"coateddiffuse\" \"texture reflectance\" \"s\" \"float eta\" 1.3 \"float roughness\" .09 \"float thickness\" "
-      ".1 \"integer maxdepth\" 5 \"integer nsamples\" 2 \"float g\" .1 \"rgb albedo\" [0 0 0]");
+      ".01 \"integer maxdepth\" 5 \"integer nsamples\" 2 \"float g\" .1 \"rgb albedo\" [0 0 0]");
   EXPECT_EQ(coated.reflectance.texture, 0);
   EXPECT_EQ(coated.eta, 1.3f);
   EXPECT_FLOAT_EQ(coated.roughness.v.value, 0.3f);
@@ -114,7 +114,8 @@ TEST(PbrtMaterials, Coated) {
   const auto metal = Made<CoatedConductorMaterial>(
       "\"coatedconductor\" \"float interface.roughness\" .01 \"float interface.eta\" 1.4 \"spectrum conductor.eta\" "
       "\"metal-Al-eta\" \"spectrum conductor.k\" \"metal-Al-k\" \"float conductor.uroughness\" .04"
-      " \"float conductor.vroughness\" .09 \"float interface.thickness\" 1 \"integer maxdepth\" 5 \"integer nsamples\" "
+      " \"float conductor.vroughness\" .09 \"float interface.thickness\" .01 \"integer maxdepth\" 5 \"integer "
+      "nsamples\" "
       "2 \"float g\" 0");
   EXPECT_EQ(metal.interface_eta, 1.4f);
   EXPECT_FLOAT_EQ(metal.interface_roughness.v.value, 0.1f);
@@ -128,7 +129,7 @@ TEST(PbrtMaterials, Coated) {
   EXPECT_EQ(rough.interface_roughness.u.value, 0);
   EXPECT_TRUE(
       Made<CoatedConductorMaterial>("\"coatedconductor\" \"rgb reflectance\" [.5 .5 .5] \"float interface.uroughness\" "
-                                    ".1 \"float interface.vroughness\" .1 \"float thickness\" 1")
+                                    ".1 \"float interface.vroughness\" .1 \"float thickness\" .01")
           .conductor.has_reflectance);
 }
 

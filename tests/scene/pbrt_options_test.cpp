@@ -84,14 +84,14 @@ TEST(PbrtOptions, FilmGivesTheResolution) {
   const auto scene = Options(
       "Film \"rgb\" \"integer xresolution\" [640] \"integer yresolution\" 480 \"string filename\" \"a.exr\" \"float "
       "diagonal\" 35 \"bool savefp16\" false \"string sensor\" \"cie1931\""
-      " \"float iso\" 100 \"float exposuretime\" 1 \"float whitebalance\" 0 \"float cropwindow\" [0 1 0 1]");
+      " \"float exposuretime\" 1 \"float whitebalance\" 0 \"float cropwindow\" [0 1 0 1]");
   EXPECT_EQ(scene.resolution_x, 640);
   EXPECT_EQ(scene.resolution_y, 480);
 }
 
 TEST(PbrtOptions, PerspectiveCamera) {
   const auto camera = Options(CameraWith("\"float fov\" 35 \"float lensradius\" .1 \"float focaldistance\" 4 \"float "
-                                         "screenwindow\" [-2 2 -1 1] \"float shutteropen\" 0 \"float shutterclose\" 1"))
+                                         "screenwindow\" [-2 2 -1 1]"))
                           .camera;
   EXPECT_EQ(camera.fov, 35);
   EXPECT_EQ(camera.lens_radius, 0.1f);
@@ -101,6 +101,44 @@ TEST(PbrtOptions, PerspectiveCamera) {
             (std::array<float, 4>{-2, 2, -1, 1}));
   EXPECT_EQ(Options(CameraWith("\"float frameaspectratio\" .5")).camera.screen_window,
             (std::array<float, 4>{-1, 1, -2, 2}));
+}
+
+// pbrt-v4's film measures exposure time * iso / 100 of the light.
+TEST(PbrtOptions, ExposureScalesAllLights) {
+  const std::string lights = R"(
+    WorldBegin
+    LightSource "point" LightSource "spot" LightSource "distant" "float illuminance" 3 LightSource "infinite"
+    LightSource "infinite" "string filename" "image.png" "float illuminance" 5
+    AttributeBegin AreaLightSource "diffuse" Shape "sphere" AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" "float power" 10 Shape "sphere" AttributeEnd)";
+  const auto plain = Parse(lights);
+  const auto expect = [&](const std::string& options, float ratio, bool lenient = false) {
+    SCOPED_TRACE(options);
+    const auto scene = Parse(options + lights, lenient);
+    const auto times = [ratio](Rgb actual, Rgb unscaled) { ExpectRgb(actual, unscaled * ratio, 1e-5f * ratio); };
+    const auto strength = [](const LightDescription& light) {
+      const auto get = [](const auto& kind) {
+        if constexpr (requires { kind.intensity; })
+          return kind.intensity;
+        else
+          return kind.radiance;
+      };
+      return std::visit(get, light.kind);
+    };
+    ASSERT_EQ(scene.lights.size(), 5u);
+    for (size_t i = 0; i < 5; ++i) times(strength(scene.lights[i]), strength(plain.lights[i]));
+    EXPECT_EQ(Get<InfiniteLight>(scene.lights[4].kind).illuminance, 5);  // the scale multiplies it
+    times(scene.shapes[0].light->radiance, plain.shapes[0].light->radiance);
+    EXPECT_NEAR(scene.shapes[1].light->power, 10 * ratio, 1e-4f * ratio);
+    times(scene.shapes[1].light->radiance, plain.shapes[1].light->radiance / ratio);
+  };
+  expect("Film \"rgb\" \"float iso\" 200", 2);
+  expect("Film \"gbuffer\" \"float iso\" 50 \"string coordinatesystem\" \"world\"", 0.5f);
+  expect(CameraWith("\"float shutteropen\" 1 \"float shutterclose\" 1.25"), 0.25f);
+  expect(CameraWith("\"float shutterclose\" 0.5") + " Film \"rgb\" \"float iso\" 400", 2);
+  // Of what is left out, too.
+  expect("Film \"spectral\" \"float iso\" 200 \"integer nbuckets\" 4", 2, true);
+  expect("Camera \"orthographic\" \"float shutterclose\" 0.5", 0.5f, true);
 }
 
 TEST(PbrtOptions, AcceptsWhatDoesNotMatter) {
@@ -142,7 +180,6 @@ TEST(PbrtOptions, RefusesByNameAndPlace) {
       {"PixelFilter \"gaussian\" \"float sigma\" 0", kBad, "1:24", "greater than 0"},
       {"PixelFilter \"box\" \"float sigma\" 1", kBad, "1:19", "not used"},
       {"PixelFilter \"box\" \"float B\" 1", kBad, "1:19", "not used"},
-      {"Film \"gbuffer\"", kNo, "1:1", "use rgb"},
       {"Film \"spectral\"", kNo, "1:1", "use rgb"},
       {"Film \"image\"", kBad, "1:1", "supported here: rgb"},
       {"Film \"rgb\" \"integer xresolution\" 0", kBad, "1:1", "resolution 0 x 720"},
@@ -151,7 +188,9 @@ TEST(PbrtOptions, RefusesByNameAndPlace) {
       {"Film \"rgb\" \"float cropwindow\" [0 .5 0 1]", kNo, "1:12", "changes the image"},
       {"Film \"rgb\" \"integer pixelbounds\" [0 5 0 5]", kNo, "1:12", "changes the image"},
       {"Film \"rgb\" \"float maxcomponentvalue\" 10", kNo, "1:12", "changes the image"},
-      {"Film \"rgb\" \"float iso\" 400", kNo, "1:12", "changes the image"},
+      {"Film \"rgb\" \"float iso\" 0", kBad, "1:12", "greater than 0"},
+      {"Film \"gbuffer\" \"float whitebalance\" 5000", kNo, "1:16", "changes the image"},
+      {"Film \"gbuffer\" \"integer nbuckets\" 4", kBad, "1:16", "not used"},
       {"Film \"rgb\" \"float exposuretime\" 2", kNo, "1:12", "changes the image"},
       {"Film \"rgb\" \"float whitebalance\" 5000", kNo, "1:12", "changes the image"},
       {"Film \"rgb\" \"string sensor\" \"canon_eos_5d\"", kNo, "1:12", "only cie1931"},
@@ -161,6 +200,7 @@ TEST(PbrtOptions, RefusesByNameAndPlace) {
       {"Camera \"pinhole\"", kBad, "1:1", "supported here: perspective"},
       {"Camera \"perspective\" \"float fov\" 0", kBad, "1:1", "between 0 and 180"},
       {"Camera \"perspective\" \"float fov\" 180", kBad, "1:1", "between 0 and 180"},
+      {"Camera \"perspective\" \"float shutteropen\" 1", kBad, "1:1", "later than"},
       {"Camera \"perspective\" \"float lensradius\" -1", kBad, "1:22", "negative"},
       {"Camera \"perspective\" \"float focaldistance\" 0", kBad, "1:22", "greater than 0"},
       {"Camera \"perspective\" \"float frameaspectratio\" 0", kBad, "1:22", "greater than 0"},

@@ -4,7 +4,7 @@
 #include <sys/stat.h>
 
 #include "core/base/error.h"
-#include "rpc/sha256_stream.h"
+#include "core/base/sha256_stream.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lodestar {

@@ -1,4 +1,4 @@
-#include "rpc/sha256_stream.h"
+#include "core/base/sha256_stream.h"
 
 #include <openssl/evp.h>
 
@@ -29,6 +29,7 @@ ContentHash Sha256Stream::Finish() {
   unsigned size = 0;
   LODESTAR_CHECK(EVP_DigestFinal_ex(impl_->context, digest, &size) == 1 && size == 32);
   ContentHash hash;
+  hash.hex.reserve(64);
   for (const unsigned char byte : digest) {
     hash.hex += "0123456789abcdef"[byte >> 4];
     hash.hex += "0123456789abcdef"[byte & 15];
