@@ -166,11 +166,6 @@ Directions Watch(const CompiledJob& compiled, const Variant& v) {
   return {};
 }
 
-double Median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 double Sum(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) sum += value;

@@ -13,6 +13,7 @@
 #include <memory>
 #include <string>
 
+#include "bench/study_main.h"
 #include "tests/guiding/product_baselines.h"
 
 namespace lodestar {
@@ -75,10 +76,6 @@ struct Timed {
   std::function<void(const Vertex&)> work;
   size_t count;
   std::vector<double> times = {};
-  double Median() {
-    std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
-    return times[times.size() / 2];
-  }
 };
 void Measure(std::vector<Timed>& all, const std::vector<Vertex>& vertices, int repetitions) {
   for (int r = 0; r < repetitions; ++r) {
@@ -134,9 +131,9 @@ void Costs(const SdTree& tree, int repetitions) {
                    },
                    kCount / 16});
     Measure(all, vertices, repetitions);
-    const double product = all[1].Median(), make = all[2].Median(), sampled = all[3].Median();
-    std::printf("%-15s %7.0f | %7.0f = %5.0f + %5.0f + %5.0f | %7.0f  %.3f\n", m.name, all[0].Median(), product, make,
-                sampled - make, product - sampled, all[4].Median(), product / all[4].Median());
+    const double product = Median(all[1].times), make = Median(all[2].times), sampled = Median(all[3].times);
+    std::printf("%-15s %7.0f | %7.0f = %5.0f + %5.0f + %5.0f | %7.0f  %.3f\n", m.name, Median(all[0].times), product,
+                make, sampled - make, product - sampled, Median(all[4].times), product / Median(all[4].times));
   }
 }
 

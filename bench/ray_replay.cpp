@@ -90,11 +90,6 @@ double ThreadSeconds() {
   return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
-double Median(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  return v[v.size() / 2];
-}
-
 int Run(int argc, char** argv) {
   if (argc < 2) {
     std::fprintf(stderr, "usage: ray_replay SCENE.pbrt [WIDTH HEIGHT PASSES REPETITIONS]\n");

@@ -3,14 +3,13 @@
 // in CPU time. Prints tables; about a minute.
 //
 //   build/release/bin/reconstruction_bench [SEEDS = 8]
-#include <time.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <string>
 
+#include "bench/study_main.h"
 #include "core/guiding/reconstruction_blur.h"
 #include "tests/guiding/recorded_tree.h"
 
@@ -21,20 +20,12 @@ using directional::CellMasses;
 using directional::Tree;
 using synthetic::RecordedTree;
 
-double Microseconds() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) * 1e6 + static_cast<double>(t.tv_nsec) * 1e-3;
-}
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
+// Microseconds of one call.
 template <class F>
 double Time(int repetitions, F&& f) {
-  const double begin = Microseconds();
+  const double begin = CpuSeconds();
   for (int i = 0; i < repetitions; ++i) f();
-  return (Microseconds() - begin) / repetitions;
+  return 1e6 * (CpuSeconds() - begin) / repetitions;
 }
 
 // A distribution over the cells of a 1024 x 1024 grid, constant in each, with the integrals of its density and of its

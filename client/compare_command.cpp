@@ -7,11 +7,13 @@
 
 #include "client/command.h"
 #include "client/comparison.h"
+#include "client/delivery.h"
 #include "client/interrupt.h"
 #include "client/job_options.h"
 #include "client/local_render.h"
 #include "client/plot.h"
 #include "client/values.h"
+#include "core/learning/report_json.h"
 
 namespace lodestar {
 namespace {
@@ -71,8 +73,8 @@ ComparisonRun RunOne(const CompareArguments& arguments, const CompiledJob& compi
   if (reference) {
     run.metrics = Compare(result.image, *reference);
     run.map = stem + "-map.png";
-    WriteBytesPng(folder / run.map, result.image.width, result.image.height,
-                  FalseColour(RelativeLuminanceError(result.image, *reference)));
+    WritePng((folder / run.map).string(), result.image.width, result.image.height,
+             FalseColour(RelativeLuminanceError(result.image, *reference)));
   }
   return run;
 }

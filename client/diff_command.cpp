@@ -29,8 +29,8 @@ ExitCode Diff(const DiffArguments& arguments) {
   const ErrorMetrics metrics = Compare(image, reference);
   if (!arguments.output.empty()) {
     PrepareFolder(arguments.output);
-    WriteBytesPng(arguments.output, image.width, image.height,
-                  FalseColour(RelativeLuminanceError(image, reference), arguments.limit));
+    WritePng(arguments.output, image.width, image.height,
+             FalseColour(RelativeLuminanceError(image, reference), arguments.limit));
   }
   if (arguments.json) {
     nlohmann::json json = MetricsToJson(metrics);

@@ -7,10 +7,12 @@
 #include <nlohmann/json.hpp>
 
 #include "client/command.h"
+#include "client/delivery.h"
 #include "client/interrupt.h"
-#include "client/local_render.h"
+#include "client/progress.h"
 #include "client/values.h"
 #include "core/film/error_metrics.h"
+#include "core/learning/report_json.h"
 #include "rpc/status.h"
 
 namespace lodestar {
@@ -120,15 +122,19 @@ std::string StatusLine(const JobStatus& status) {
   return text;
 }
 
-Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& options) {
-  const Image image = OnFarm([&] { return farm.GetImage(status.id); });
+Json FetchReport(FarmClient& farm, const JobStatus& status, const std::string& command_line) {
   const std::string text = OnFarm([&] { return farm.GetReport(status.id); });
   Json report = Json::parse(text, nullptr, false);
   if (!report.is_object())
     throw Error(ErrorKind::kCorrupt,
                 "the report of " + status.id.value + " is not JSON; is the coordinator of another version?");
+  return CompleteReport(std::move(report), {status.scene_path, command_line});
+}
+
+Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& options) {
+  const Image image = OnFarm([&] { return farm.GetImage(status.id); });
+  Json report = FetchReport(farm, status, options.command_line);
   report["farm_job"] = status.id.value;
-  report = CompleteReport(std::move(report), {status.scene_path, options.command_line});
   // The image is written whatever is wrong with what was asked for besides.
   std::exception_ptr wrong;
   const auto besides = [&](const auto& part) {

@@ -52,6 +52,8 @@ void PrepareDelivery(const FollowOptions& options);
 // failed or cancelled job.
 ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& options);
 
+// The job's report, completed (delivery.h). Throws Error(kCorrupt) where it is not JSON.
+nlohmann::json FetchReport(FarmClient& farm, const JobStatus& status, const std::string& command_line);
 // Fetches image and report and writes the files of OutputPaths; gives back the completed report. Throws, once they are
 // written, where the reference does not fit or there is no state.
 nlohmann::json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& options);

@@ -4,7 +4,6 @@
 #include <map>
 #include <sstream>
 
-#include "client/outputs.h"
 #include "client/suggest.h"
 #include "core/base/error.h"
 #include "core/film/error_metrics.h"
@@ -50,7 +49,7 @@ void WriteFractionPng(const std::filesystem::path& path, const Features& feature
   std::vector<float> values;
   for (const float fraction : features.bsdf_fraction)
     values.push_back(fraction > 0 ? 2 * fraction - 1 : std::numeric_limits<float>::quiet_NaN());
-  WriteBytesPng(path, features.width, features.height, FalseColour(values));
+  WritePng(path.string(), features.width, features.height, FalseColour(values));
 }
 
 }  // namespace lodestar

@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "client/guide_font.h"
-#include "client/outputs.h"
 #include "client/values.h"
 #include "core/film/oklab.h"
+#include "core/image/image.h"
 
 namespace lodestar {
 namespace {
@@ -86,7 +86,7 @@ void Canvas::Text(uint32_t x, uint32_t y, std::string_view text, uint32_t scale,
 }
 
 void Canvas::WritePng(const std::filesystem::path& path) const {
-  WriteBytesPng(path, width_, height_, bytes_);
+  lodestar::WritePng(path.string(), width_, height_, bytes_);
 }
 
 LogScale LogScale::Of(const FloatGrid& grid) {

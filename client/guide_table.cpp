@@ -1,7 +1,8 @@
 #include "client/guide_table.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <bit>
+#include <cmath>
 
 #include "client/values.h"
 

@@ -4,8 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "client/command.h"
+#include "client/delivery.h"
 #include "client/farm_session.h"
-#include "client/local_render.h"
+#include "core/learning/report_json.h"
 
 namespace lodestar {
 

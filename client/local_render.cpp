@@ -2,39 +2,11 @@
 
 #include <tbb/global_control.h>
 
-#include <cmath>
-#include <nlohmann/json.hpp>
-
 #include "client/exit_code.h"
-#include "client/observed_method.h"
-#include "client/plot.h"
-#include "client/replay_text.h"
-#include "client/values.h"
 #include "core/base/threads.h"
 #include "core/tracing/local_executor.h"
 
 namespace lodestar {
-namespace {
-
-using Json = nlohmann::json;
-
-// A member of an object inside an object, or null: reports of a farm may come from another version.
-const Json& At(const Json& json, const char* outer, const char* inner) {
-  static const Json kNull;
-  const auto a = json.find(outer);
-  if (a == json.end() || !a->is_object()) return kNull;
-  const auto b = a->find(inner);
-  return b == a->end() ? kNull : *b;
-}
-
-std::string Text(const Json& value) {
-  return value.is_string() ? value.get<std::string>() : value.is_null() ? "" : value.dump();
-}
-double Value(const Json& value) {
-  return value.is_number() ? value.get<double>() : 0;
-}
-
-}  // namespace
 
 CompiledJob CompileScene(const SceneDescription& description, const JobSpec& job) {
   try {
@@ -56,18 +28,19 @@ RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int 
   // Learning's loops too, which are not the executor's.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(threads > 0 ? threads : UsableThreads()));
-  MethodFactory make_method = MakeMethod;
-  if (guide != nullptr) {
-    make_method = [guide](const JobSpec& spec, const Survey& survey) {
-      return std::make_unique<ObservedMethod>(MakeMethod(spec, survey), &guide->training);
-    };
-  }
-  Loop loop(job, compiled.survey, make_method);
-  const std::unique_ptr<Method> method = MakeMethod(job, compiled.survey);
-  LocalExecutor executor(compiled.scene, job, *method, threads);
+  Loop loop(job, compiled.survey);
+  LocalExecutor executor(compiled.scene, job, loop.method(), threads);
   Loop::Hooks hooks;
   hooks.reference = reference;
   hooks.progress = [&](const JobProgress& at) { progress.Update(at); };
+  if (guide != nullptr) {
+    hooks.advanced = [&](const std::shared_ptr<const State>& from, const Statistics* learned,
+                         const std::shared_ptr<const State>& to) {
+      const Method::Active trained = loop.method().ActiveUnder(from);
+      if (learned != nullptr) guide->training = {trained.state->Serialize(), learned->Serialize()};
+      if (loop.method().ActiveUnder(to).method != trained.method) guide->training.reset();
+    };
+  }
   loop.Run(executor, stop, hooks);
   progress.Finish();
   RenderResult result;
@@ -81,98 +54,6 @@ RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int 
     guide->state = result.state->Serialize();
   }
   return result;
-}
-
-Json CompleteReport(Json report, const ReportContext& context) {
-  report["command"] = context.command_line;
-  report["scene"]["path"] = context.scene_path;
-  if (const std::string replay = ReplayCommand(report, context.scene_path); !replay.empty())
-    report["health"]["replay"] = replay;
-  return report;
-}
-
-std::map<std::string, std::string> ImageMetadata(const Json& report) {
-  std::map<std::string, std::string> metadata;
-  metadata["Software"] = "lodestar " LODESTAR_VERSION;
-  metadata["lodestar:method"] = Text(At(report, "job", "method"));
-  metadata["lodestar:options"] = Text(At(report, "job", "options"));
-  metadata["lodestar:seed"] = Text(At(report, "job", "seed"));
-  metadata["lodestar:spp"] = Text(At(report, "result", "spp"));
-  metadata["lodestar:training_iterations"] = Text(At(report, "result", "training_iterations"));
-  metadata["lodestar:seconds"] = Text(At(report, "result", "seconds"));
-  metadata["lodestar:scene"] = Text(At(report, "scene", "path"));
-  metadata["lodestar:scene_hash"] = Text(At(report, "scene", "hash"));
-  metadata["lodestar:command"] = report.value("command", "");
-  return metadata;
-}
-
-Json DeliverRender(const OutputPaths& paths, const Image& image, Json report, const std::string& label,
-                   const std::vector<ImageChannel>& aovs) {
-  Json files = report.value("files", Json::object());
-  WriteImage(paths.image, image, ImageMetadata(report), aovs);
-  files["image"] = paths.image.string();
-  if (paths.png != paths.image) WriteImage(paths.png, image, {});
-  files["png"] = paths.png.string();
-  const auto points = PointsFromJson(report.value("points", Json::array()));
-  const Json& seed = At(report, "job", "seed");
-  WriteText(paths.csv, kCsvHeader + PointsToCsv(label, seed.is_number_unsigned() ? seed.get<uint64_t>() : 0, points));
-  files["csv"] = paths.csv.string();
-  files["json"] = paths.json.string();
-  if (points.empty()) {
-    std::fprintf(stderr, "no plot: the render ended before its first error point\n");
-  } else if (DrawErrorPlot(paths.csv, paths.plot, paths.image.stem().string())) {
-    files["plot"] = paths.plot.string();
-  }
-  report["files"] = files;
-  WriteText(paths.json, DumpJson(report) + "\n");
-  return files;
-}
-
-std::string Summary(const Json& report) {
-  const double seconds = Value(At(report, "result", "seconds")), rays = Value(At(report, "result", "rays"));
-  std::string text = Text(At(report, "job", "method")) + ": " + Text(At(report, "result", "spp")) + " spp in " +
-                     FormatNumber(seconds) + " s";
-  if (const double learning = Value(At(report, "result", "seconds_learning")); learning > 0)
-    text += " (" + FormatNumber(learning) + " s of it learning)";
-  if (seconds > 0 && rays > 0) text += ", " + FormatCount(rays / seconds) + "rays/s";
-  if (const std::string reason = Text(At(report, "result", "stop_reason")); !reason.empty())
-    text += ", ended by " + reason;
-  text += "\n";
-  if (const std::string choice = Text(At(report, "result", "choice")); !choice.empty())
-    text += "chose " + choice + "\n";
-  if (const std::string not_needed = Text(At(report, "scene", "not_needed")); !not_needed.empty())
-    text += "not needed by the scene: " + not_needed + "\n";
-  if (const auto points = PointsFromJson(report.value("points", Json::array())); !points.empty()) {
-    const ErrorPoint& last = points.back();
-    text += "estimated relMSE " + (std::isfinite(last.relmse_estimated) ? FormatNumber(last.relmse_estimated)
-                                                                        : "unknown (it needs two passes)");
-    if (const auto& m = last.against_reference) {
-      text += "; against the reference: RMSE " + FormatNumber(m->rmse) + ", MSE " + FormatNumber(m->mse) + ", MAE " +
-              FormatNumber(m->mae) + ", relMSE " + FormatNumber(m->relmse) + ", trimmed " +
-              FormatNumber(m->relmse_trimmed);
-    }
-    text += "\n";
-  }
-  if (const Json& left_out = At(report, "scene", "left_out"); left_out.is_array() && !left_out.empty()) {
-    text += "left out of the scene (--lenient):\n";
-    for (const Json& line : left_out) text += "  " + Text(line) + "\n";
-  }
-  if (Value(At(report, "health", "total")) > 0) {
-    text += "health: samples refused or changed:";
-    for (const auto& [name, count] : At(report, "health", "counts").items()) {
-      if (Value(count) > 0) text += " " + name + " " + count.dump();
-    }
-    text += "\n";
-    if (const std::string replay = Text(At(report, "health", "replay")); !replay.empty())
-      text += "  the first again: " + replay + "\n";
-  }
-  if (const auto files = report.find("files"); files != report.end()) {
-    for (const char* kind : {"image", "png", "plot", "csv", "json", "state", "fraction"}) {
-      if (files->contains(kind))
-        text += std::string(kind) + std::string(9 - std::string(kind).size(), ' ') + Text((*files)[kind]) + "\n";
-    }
-  }
-  return text;
 }
 
 }  // namespace lodestar

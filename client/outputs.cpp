@@ -57,6 +57,14 @@ void WritePfm(const fs::path& path, const Image& image) {
   });
 }
 
+FloatImage ToFloatImage(const Image& image) {
+  FloatImage floats;
+  floats.width = static_cast<int>(image.width);
+  floats.height = static_cast<int>(image.height);
+  floats.pixels = image.pixels;
+  return floats;
+}
+
 }  // namespace
 
 OutputPaths OutputPaths::For(const fs::path& image) {
@@ -85,14 +93,6 @@ void PrepareFolder(const fs::path& file) {
     throw Error(ErrorKind::kIo,
                 folder.string() + ": cannot write into this folder: " + std::strerror(errno) + "; choose another");
   if (fs::is_directory(file)) throw Error(ErrorKind::kInvalidInput, file.string() + " is a folder; name a file in it");
-}
-
-FloatImage ToFloatImage(const Image& image) {
-  FloatImage floats;
-  floats.width = static_cast<int>(image.width);
-  floats.height = static_cast<int>(image.height);
-  floats.pixels = image.pixels;
-  return floats;
 }
 
 void WriteImage(const fs::path& path, const Image& image, const std::map<std::string, std::string>& metadata,
@@ -136,20 +136,6 @@ void CheckReference(const Image& reference, const std::string& path, uint32_t wi
 
 void WriteText(const fs::path& path, const std::string& text) {
   WriteBeside(path, [&](std::ofstream& out) { out << text; });
-}
-
-void WriteBytesPng(const fs::path& path, uint32_t width, uint32_t height, const std::vector<uint8_t>& bytes) {
-  // Through linear floats, which the writer encodes again: exact, since every byte value survives the way there and
-  // back.
-  FloatImage image;
-  image.width = static_cast<int>(width);
-  image.height = static_cast<int>(height);
-  image.pixels.resize(size_t(width) * height);
-  for (size_t i = 0; i < image.pixels.size(); ++i) {
-    for (int c = 0; c < 3; ++c)
-      image.pixels[i][c] = SrgbToLinear(static_cast<float>(bytes[3 * i + static_cast<size_t>(c)]) / 255);
-  }
-  WritePng(path.string(), image);
 }
 
 }  // namespace lodestar

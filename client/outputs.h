@@ -30,7 +30,6 @@ void WriteImage(const std::filesystem::path& path, const Image& image,
 
 // Linear RGB, no variances. Throws Error(kNotFound / kCorrupt).
 Image ReadImageFile(const std::filesystem::path& path);
-FloatImage ToFloatImage(const Image& image);
 
 // Throws Error(kInvalidInput) where the reference has another size than the render will have, or a pixel that is not
 // finite.
@@ -38,9 +37,5 @@ void CheckReference(const Image& reference, const std::string& path, uint32_t wi
 
 // Text to a file; beside the name first, then renamed. Throws Error(kIo).
 void WriteText(const std::filesystem::path& path, const std::string& text);
-
-// sRGB bytes, 3 a pixel, to a PNG.
-void WriteBytesPng(const std::filesystem::path& path, uint32_t width, uint32_t height,
-                   const std::vector<uint8_t>& bytes);
 
 }  // namespace lodestar

@@ -5,11 +5,13 @@
 #include <nlohmann/json.hpp>
 
 #include "client/command.h"
+#include "client/delivery.h"
 #include "client/guide_aovs.h"
 #include "client/interrupt.h"
 #include "client/job_options.h"
 #include "client/local_render.h"
 #include "client/values.h"
+#include "core/learning/report_json.h"
 
 namespace lodestar {
 namespace {

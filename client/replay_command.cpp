@@ -10,6 +10,7 @@
 #include "client/job_options.h"
 #include "client/local_render.h"
 #include "client/values.h"
+#include "core/learning/report_json.h"
 #include "core/tracing/local_executor.h"
 
 namespace lodestar {
@@ -33,7 +34,7 @@ struct Sample {
 class ReplayExecutor final : public Executor {
  public:
   ReplayExecutor(std::shared_ptr<const Scene> scene, const JobSpec& job, const Method& method,
-                 const ReplayArguments& arguments, Resolution pixel, StopToken* found)
+                 const ReplayArguments& arguments, Pixel pixel, StopToken* found)
       : scene_(scene),
         job_(job),
         method_(method),
@@ -67,10 +68,8 @@ class ReplayExecutor final : public Executor {
     sample.radiance = tracer->TraceSample(round, pixel_.x, pixel_.y, pass_);
     Contribution contribution;
     if (round.record) contribution.statistics = method_.NewStatistics(state);
-    const uint32_t columns =
-        (static_cast<uint32_t>(scene_->resolution_x()) + TileGrid::kTileSize - 1) / TileGrid::kTileSize;
-    const uint32_t unit = pixel_.y / TileGrid::kTileSize * columns + pixel_.x / TileGrid::kTileSize;
-    if (!tracer->Execute(round, unit, stop, &contribution)) return std::nullopt;
+    const TileGrid grid(static_cast<uint32_t>(scene_->resolution_x()), static_cast<uint32_t>(scene_->resolution_y()));
+    if (!tracer->Execute(round, grid.TileAt(pixel_.x, pixel_.y), stop, &contribution)) return std::nullopt;
     sample.health = contribution.health;
     return sample;
   }
@@ -79,7 +78,7 @@ class ReplayExecutor final : public Executor {
   const JobSpec& job_;
   const Method& method_;
   uint32_t iteration_, pass_;
-  Resolution pixel_;
+  Pixel pixel_;
   StopToken* found_;
   LocalExecutor local_;
   std::optional<Sample> sample_;
@@ -87,7 +86,7 @@ class ReplayExecutor final : public Executor {
 
 ExitCode Replay(const ReplayArguments& arguments) {
   JobSpec job = arguments.job.ToJob();
-  const Resolution pixel = ParsePixel(arguments.pixel);
+  const Pixel pixel = ParsePixel(arguments.pixel);
   if (job.budget.spp == 0) job.budget.spp = uint64_t{arguments.pass} + 1;
   if (job.budget.spp <= arguments.pass) {
     throw Error(ErrorKind::kInvalidInput,

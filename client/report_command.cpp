@@ -4,8 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "client/command.h"
+#include "client/delivery.h"
 #include "client/farm_session.h"
-#include "client/local_render.h"
+#include "core/learning/report_json.h"
 
 namespace lodestar {
 
@@ -26,12 +27,7 @@ void AddReportCommand(CLI::App& app, Invocation& invocation) {
     invocation.run = [arguments, command_line = invocation.command_line] {
       FarmClient farm(arguments->farm.address, arguments->farm.options);
       const JobStatus status = OnFarm([&] { return farm.GetJob({arguments->job}); });
-      const std::string text = OnFarm([&] { return farm.GetReport({arguments->job}); });
-      nlohmann::json report = nlohmann::json::parse(text, nullptr, false);
-      if (!report.is_object())
-        throw Error(ErrorKind::kCorrupt,
-                    "the report of " + arguments->job + " is not JSON; is the coordinator of another version?");
-      report = CompleteReport(std::move(report), {status.scene_path, command_line});
+      const nlohmann::json report = FetchReport(farm, status, command_line);
       if (arguments->json) {
         std::cout << DumpJson(report) << "\n";
       } else if (arguments->csv) {

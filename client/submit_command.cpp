@@ -14,6 +14,7 @@
 #include "client/job_options.h"
 #include "client/local_render.h"
 #include "client/values.h"
+#include "core/learning/report_json.h"
 
 namespace lodestar {
 namespace {

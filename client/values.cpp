@@ -37,8 +37,8 @@ std::optional<double> TakeUnit(std::string_view* text) {
   return std::nullopt;
 }
 
-std::optional<Resolution> ParsePair(std::string_view text, char separator) {
-  Resolution pair;
+std::optional<PixelPair> ParsePair(std::string_view text, char separator) {
+  PixelPair pair;
   const size_t at = text.find(separator);
   if (at == std::string_view::npos) return std::nullopt;
   const auto parse = [](std::string_view part, uint32_t* value) {
@@ -102,7 +102,7 @@ Resolution ParseResolution(std::string_view text) {
   return *pair;
 }
 
-Resolution ParsePixel(std::string_view text) {
+Pixel ParsePixel(std::string_view text) {
   const auto pair = ParsePair(text, ',');
   if (!pair)
     throw Error(ErrorKind::kInvalidInput,

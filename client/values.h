@@ -13,14 +13,16 @@ double ParseDuration(std::string_view text);
 // "0:07", "1:23:45"; "-:--" below zero (unknown).
 std::string FormatDuration(double seconds);
 
-struct Resolution {
+// Pixels across and down.
+struct PixelPair {
   uint32_t x = 0, y = 0;
 };
+using Resolution = PixelPair;
+using Pixel = PixelPair;  // (0,0) is the upper left one
 // "640x360". Throws Error(kInvalidInput).
 Resolution ParseResolution(std::string_view text);
-
-// Two integers with a comma between them, "12,34". Throws Error(kInvalidInput).
-Resolution ParsePixel(std::string_view text);
+// "12,34". Throws Error(kInvalidInput).
+Pixel ParsePixel(std::string_view text);
 
 // 3.21 M, 870 k, 12
 std::string FormatCount(double value);

@@ -31,6 +31,8 @@ class TileGrid {
   uint32_t width() const { return width_; }
   uint32_t height() const { return height_; }
   TileRect Rect(uint32_t tile) const;
+  // The tile that holds a pixel of the image.
+  uint32_t TileAt(uint32_t x, uint32_t y) const { return y / kTileSize * columns_ + x / kTileSize; }
 
  private:
   uint32_t width_, height_, columns_, rows_;

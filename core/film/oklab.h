@@ -2,28 +2,22 @@
 // equal steps look equal.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 
-#include "core/math/elementary.h"
+#include "core/math/srgb.h"
 
 namespace lodestar {
 
 // sRGB bytes of an Oklab colour; what sRGB does not have is clipped.
 inline std::array<uint8_t, 3> OklabToSrgb(float lightness, float a, float b) {
   const auto cube = [](float v) { return v * v * v; };
-  const auto byte = [](float linear) {
-    linear = std::clamp(linear, 0.0f, 1.0f);
-    const float encoded = linear <= 0.0031308f ? 12.92f * linear : 1.055f * Pow(linear, 1 / 2.4f) - 0.055f;
-    return static_cast<uint8_t>(std::clamp(encoded * 255 + 0.5f, 0.0f, 255.0f));
-  };
   const float l = cube(lightness + 0.3963377774f * a + 0.2158037573f * b);
   const float m = cube(lightness - 0.1055613458f * a - 0.0638541728f * b);
   const float s = cube(lightness - 0.0894841775f * a - 1.2914855480f * b);
-  return {byte(4.0767416621f * l - 3.3077115913f * m + 0.2309699292f * s),
-          byte(-1.2684380046f * l + 2.6097574011f * m - 0.3413193965f * s),
-          byte(-0.0041960863f * l - 0.7034186147f * m + 1.7076147010f * s)};
+  return {LinearToSrgb8(4.0767416621f * l - 3.3077115913f * m + 0.2309699292f * s),
+          LinearToSrgb8(-1.2684380046f * l + 2.6097574011f * m - 0.3413193965f * s),
+          LinearToSrgb8(-0.0041960863f * l - 0.7034186147f * m + 1.7076147010f * s)};
 }
 
 // A sequential map over [0, 1], clamped: lightness rises evenly from a dark violet over green to a light yellow, the

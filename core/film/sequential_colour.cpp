@@ -1,4 +1,7 @@
+#include <algorithm>
+
 #include "core/film/oklab.h"
+#include "core/math/elementary.h"
 
 namespace lodestar {
 

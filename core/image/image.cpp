@@ -4,21 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
+#include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/image/image_file.h"
 #include "core/math/elementary.h"
+#include "core/math/srgb.h"
 
 namespace lodestar {
-
-float SrgbToLinear(float v) {
-  return v <= 0.04045f ? v / 12.92f : Pow((v + 0.055f) / 1.055f, 2.4f);
-}
-float LinearToSrgb(float v) {
-  return v <= 0.0031308f ? v * 12.92f : 1.055f * Pow(v, 1 / 2.4f) - 0.055f;
-}
 
 std::unique_ptr<OIIO::ImageInput> OpenImage(const std::string& path, RawImage* info) {
   if (!std::filesystem::is_regular_file(path))
@@ -134,20 +128,20 @@ std::vector<uint8_t> ToSrgb8(const FloatImage& image, float exposure) {
   std::vector<uint8_t> bytes;
   bytes.reserve(image.pixels.size() * 3);
   for (const Rgb& p : image.pixels)
-    for (int c = 0; c < 3; ++c) {
-      const float v = p[c] * scale;  // NaN compares false and turns black
-      bytes.push_back(v > 0 ? static_cast<uint8_t>(std::min(LinearToSrgb(std::min(v, 1.0f)), 1.0f) * 255 + 0.5f)
-                            : uint8_t{0});
-    }
+    for (int c = 0; c < 3; ++c) bytes.push_back(LinearToSrgb8(p[c] * scale));
   return bytes;
 }
 
-void WritePng(const std::string& path, const FloatImage& image, float exposure) {
-  OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
+void WritePng(const std::string& path, int width, int height, const std::vector<uint8_t>& bytes) {
+  LODESTAR_CHECK(bytes.size() == size_t(width) * height * 3);
+  OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
   spec.attribute("oiio:ColorSpace", "sRGB");
-  const auto bytes = ToSrgb8(image, exposure);
   WriteThenRename(path, spec,
                   [&](OIIO::ImageOutput& out) { return out.write_image(OIIO::TypeDesc::UINT8, bytes.data()); });
+}
+
+void WritePng(const std::string& path, const FloatImage& image, float exposure) {
+  WritePng(path, image.width, image.height, ToSrgb8(image, exposure));
 }
 
 }  // namespace lodestar

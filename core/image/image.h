@@ -37,13 +37,10 @@ void WriteExr(const std::string& path, int width, int height, const std::vector<
               const ExrOptions& options = {});
 void WriteExr(const std::string& path, const FloatImage& image, const ExrOptions& options = {});
 
-// 8-bit sRGB PNG of the image times 2^exposure; values above 1 clip.
-void WritePng(const std::string& path, const FloatImage& image, float exposure = 0);
-// The same as bytes (RGB, 3 a pixel).
+// PNG of sRGB bytes (RGB, 3 a pixel), written as WriteExr writes. Throws Error(kIo).
+void WritePng(const std::string& path, int width, int height, const std::vector<uint8_t>& bytes);
+// Such bytes of a linear image times 2^exposure; values above 1 clip.
 std::vector<uint8_t> ToSrgb8(const FloatImage& image, float exposure = 0);
-
-// IEC 61966-2-1, both ways.
-float SrgbToLinear(float encoded);
-float LinearToSrgb(float linear);
+void WritePng(const std::string& path, const FloatImage& image, float exposure = 0);
 
 }  // namespace lodestar

@@ -4,6 +4,7 @@
 #include "core/image/image.h"
 #include "core/image/image_file.h"
 #include "core/math/elementary.h"
+#include "core/math/srgb.h"
 
 namespace lodestar {
 namespace {

@@ -80,7 +80,7 @@ void Loop::Run(Executor& executor, const StopToken& stop, const Hooks& hooks, co
   if (reference != nullptr) Compare(Develop(), *reference);  // throws where it can never be compared
   if (!finished_) report_.stop_reason.clear();
   while (!finished_) {
-    if (!stop.Requested() && iteration_complete_) Advance(clock);
+    if (!stop.Requested() && iteration_complete_) Advance(hooks, clock);
     if (stop.Requested()) break;
     const Round round = NextRound();
     if (const std::optional<Round> after = RoundAfter(round)) executor.Announce(state_, *after);
@@ -241,15 +241,21 @@ double Loop::PredictedVariance() const {
   return rest > 0 ? variance * iteration / rest : 0;
 }
 
-void Loop::Advance(const Clock& clock) {
-  const Clock::Duration start = clock.Now();
+void Loop::Advance(const Hooks& hooks, const Clock& clock) {
+  Clock::Duration start = clock.Now();
   if (!combined_) combined_ = Combine(films_, method_->combination());  // restored from a checkpoint
-  state_ = method_->Advance(state_, {.statistics = learned_.get(),
-                                     .iteration = iteration_,
-                                     .passes = iteration_passes_,
-                                     .image = &combined_->image,
-                                     .films = films_,
-                                     .last = next_is_final_});
+  std::shared_ptr<const State> next = method_->Advance(state_, {.statistics = learned_.get(),
+                                                                .iteration = iteration_,
+                                                                .passes = iteration_passes_,
+                                                                .image = &combined_->image,
+                                                                .films = films_,
+                                                                .last = next_is_final_});
+  if (hooks.advanced) {
+    const Clock::Duration called = clock.Now();
+    hooks.advanced(state_, learned_.get(), next);
+    start += clock.Now() - called;
+  }
+  state_ = std::move(next);
   MakeRoom(&films_, method_->combination(), combined_->weights);
   ++iteration_;
   final_iteration_ = next_is_final_ || method_->Decided(*state_);

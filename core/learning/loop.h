@@ -73,6 +73,9 @@ class Loop {
   struct Hooks {
     std::function<void(const JobProgress&)> progress = {};  // after each round
     std::shared_ptr<const Image> reference = {};            // error points are measured against it where given
+    // At each advance: the state that ends, what was learned under it (null: nothing), and the one that comes.
+    std::function<void(const std::shared_ptr<const State>&, const Statistics*, const std::shared_ptr<const State>&)>
+        advanced = {};
   };
 
   // Throws Error(kInvalidInput) for budgets, resolutions, methods and options that make no sense.
@@ -117,7 +120,7 @@ class Loop {
   // Iteration ends.
   bool EndsTraining(uint32_t next) const;
   double PredictedVariance() const;
-  void Advance(const Clock& clock);
+  void Advance(const Hooks& hooks, const Clock& clock);
   void BeginIteration();
 
   JobSpec job_;

@@ -5,7 +5,7 @@
 
 #include "client/outputs.h"
 #include "core/film/oklab.h"
-#include "core/image/image.h"
+#include "core/math/srgb.h"
 #include "tests/client/run_program.h"
 #include "tests/support/temporary_folder.h"
 

@@ -46,14 +46,6 @@ TEST(Outputs, FloatFilesGiveTheSameBitsBack) {
   }
 }
 
-TEST(Outputs, ByteImagesKeepEveryByte) {
-  TemporaryFolder folder;
-  std::vector<uint8_t> bytes(256 * 3);
-  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(i / 3);
-  WriteBytesPng(folder / "ramp.png", 256, 1, bytes);
-  EXPECT_EQ(ToSrgb8(ToFloatImage(ReadImageFile(folder / "ramp.png"))), bytes);
-}
-
 TEST(Outputs, AFolderThatCannotBeWrittenIsFoundBeforeTheRender) {
   TemporaryFolder folder;
   PrepareFolder(folder / "new/folder/x.exr");

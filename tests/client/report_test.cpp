@@ -4,8 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "client/local_render.h"
+#include "client/delivery.h"
 #include "client/replay_text.h"
+#include "core/learning/report_json.h"
 
 namespace lodestar {
 namespace {

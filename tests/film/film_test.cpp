@@ -38,7 +38,10 @@ TEST(TileGrid, CoversEveryPixelOnce) {
     const TileRect rect = grid.Rect(tile);
     EXPECT_EQ(rect.pixels(), rect.width() * rect.height());
     for (uint32_t y = rect.y0; y < rect.y1; ++y) {
-      for (uint32_t x = rect.x0; x < rect.x1; ++x) ++seen[y * 33 + x];
+      for (uint32_t x = rect.x0; x < rect.x1; ++x) {
+        ++seen[y * 33 + x];
+        EXPECT_EQ(grid.TileAt(x, y), tile);
+      }
     }
   }
   for (const int count : seen) EXPECT_EQ(count, 1);

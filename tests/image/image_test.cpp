@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/image/texel_image.h"
 #include "core/math/primaries.h"
+#include "core/math/srgb.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lodestar {
@@ -87,6 +88,13 @@ TEST(Image, PngIsSrgbWithExposure) {
   const FloatImage back = ReadImage(Temp("a.png"));
   EXPECT_NEAR(back.At(0, 0).r, 1, 1e-6);
   EXPECT_NEAR(back.At(1, 0).r, 0.5, 0.005);
+}
+
+TEST(Image, PngOfBytesKeepsEveryByte) {
+  std::vector<uint8_t> bytes(256 * 3);
+  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(i / 3);
+  WritePng(Temp("ramp.png"), 256, 1, bytes);
+  EXPECT_EQ(ToSrgb8(ReadImage(Temp("ramp.png"))), bytes);
 }
 
 TEST(Image, SrgbInverts) {

@@ -326,11 +326,22 @@ TEST(Loop, HooksAndMeasuringAreNotRenderTime) {
     EXPECT_NEAR(progress.seconds_left, 60.0 - static_cast<double>(progress.passes), 1e-6);
     clock.Advance(std::chrono::hours(1));
   };
+  uint32_t advanced = 0;
+  hooks.advanced = [&](const std::shared_ptr<const State>& from, const Statistics* learned,
+                       const std::shared_ptr<const State>& to) {
+    ++advanced;
+    EXPECT_TRUE(from == loop.state());
+    EXPECT_TRUE(learned != nullptr);
+    EXPECT_NE(Sha256(from->Serialize()), Sha256(to->Serialize()));
+    clock.Advance(std::chrono::hours(1));
+  };
   loop.Run(executor, StopToken(), hooks, clock);
   EXPECT_DOUBLE_EQ(loop.Report().seconds, 60);
   EXPECT_EQ(loop.Report().seconds_learning, 0);
   EXPECT_EQ(last_fraction, 1);
   EXPECT_EQ(progressed, static_cast<int>(executor.rounds.size()));
+  EXPECT_GT(advanced, 0u);
+  EXPECT_EQ(advanced, loop.Report().iterations - 1);
 }
 
 TEST(Loop, PointsAreThinnedAndKeepBothEnds) {
