@@ -179,7 +179,8 @@ uint64_t AutoMethod::IterationPasses(const State& state, uint32_t iteration) con
   return pilot > 0 ? pilot : own;
 }
 
-uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& result, bool hopeless) const {
+uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& result, const Results& measured,
+                                 bool hopeless) const {
   const auto count = static_cast<uint32_t>(candidates_.size());
   uint32_t c = parts.active;
   if (PilotPasses(parts, c) > 0 && !hopeless) return c;
@@ -187,7 +188,7 @@ uint32_t AutoMethod::NextInPilot(const Parts& parts, const IterationResult& resu
   const auto first = std::ranges::find_if(result.films, [](const IterationFilm& f) { return f.film.passes() >= 2; });
   const double variance = first != result.films.end() ? RelativeVariance(first->film) : 0;
   for (++c; c < count; ++c) {
-    if (variance >= candidates_[c].worth_above) return c;
+    if (variance >= candidates_[c].worth_above && !Hopeless(parts, measured, c)) return c;
   }
   return count;
 }
@@ -207,8 +208,8 @@ std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const Sta
     const auto count = static_cast<uint32_t>(candidates_.size());
     uint32_t next = count;
     if (pilot && !result.last) {
-      const bool hopeless = Hopeless(parts, measured);
-      next = NextInPilot(parts, result, hopeless);
+      const bool hopeless = Hopeless(parts, measured, parts.active);
+      next = NextInPilot(parts, result, measured, hopeless);
       // States travel with every unit: of who has lost, or is passed over, none is kept.
       if (hopeless) entrant.state = nullptr;
       for (uint32_t c = parts.active + 1; c < next; ++c) parts.entrants[c].state = nullptr;
@@ -248,22 +249,29 @@ AutoMethod::Results AutoMethod::Measure(const IterationResult& result) const {
   return results;
 }
 
-bool AutoMethod::Hopeless(const Parts& parts, const Results& measured) const {
-  const PilotResult* own = LastOf(measured, parts.active);
-  if (own == nullptr) return false;
-  // Iterations that its pilot would still have.
-  const Candidate& candidate = candidates_[parts.active];
-  const AutoState::Entrant& entrant = parts.entrants[parts.active];
+double AutoMethod::MostGrowth(const Parts& parts, uint32_t c) const {
+  const Candidate& candidate = candidates_[c];
+  const AutoState::Entrant& entrant = parts.entrants[c];
   uint32_t left = 0;
   double growth = kMostGrowth;  // of one more, of probation
   for (uint64_t passes = entrant.passes;
        passes < candidate.pilot_passes || entrant.iterations + left < candidate.pilot_iterations; ++left) {
-    const uint64_t next = OwnPasses(parts, parts.active, left);
+    const uint64_t next = OwnPasses(parts, c, left);
     if (next == 0) break;
     passes += next;
     growth *= kMostGrowth;
   }
-  for (uint32_t c = 0; c < parts.active; ++c) {
+  return growth;
+}
+
+bool AutoMethod::Hopeless(const Parts& parts, const Results& measured, uint32_t candidate) const {
+  const PilotResult* own = LastOf(measured, candidate);
+  // Who has rendered nothing yet begins as the path tracing that its first iteration is.
+  const bool begins = own == nullptr && parts.entrants[candidate].iterations == 0 && OwnPasses(parts, 0) == 0;
+  if (begins) own = LastOf(measured, 0);
+  if (own == nullptr) return false;
+  const double growth = MostGrowth(parts, candidate);
+  for (uint32_t c = 0; c < candidate; ++c) {
     const PilotResult* other = LastOf(measured, c);
     if (other != nullptr && CompareEfficiency(*own, *other).high * growth < 1) return true;
   }
@@ -337,8 +345,14 @@ std::string AutoMethod::Explain(const State& state) const {
     if (own == nullptr || other == nullptr) {
       const bool tried = parts.entrants[c].iterations > 0;
       text += "; " + name + (tried ? " not measured: the budget ended before" : " not tried");
-      if (!tried && candidates_[c].worth_above > 0)
-        text += ": path tracing finds the light often enough, or the budget is too small";
+      if (!tried) {
+        text += ": ";
+        if (candidates_[c].worth_above > 0)
+          text += "path tracing finds the light often enough, or ";
+        else if (parts.active > 0)
+          text += chosen + " led by more than it could have gained, or ";
+        text += "the budget is too small";
+      }
       continue;
     }
     const EfficiencyRatio ratio = CompareEfficiency(*own, *other);

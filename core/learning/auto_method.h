@@ -76,10 +76,12 @@ class AutoMethod final : public Method {
   // Of the last two films of each candidate, those that tell a variance.
   Results Measure(const IterationResult& result) const;
   // The candidate whose pilot comes next; the number of candidates where there is none.
-  uint32_t NextInPilot(const Parts& parts, const IterationResult& result, bool hopeless) const;
-  // Whether the active candidate, in its pilot, is so far behind another that it will not be ahead at its end. It is
-  // lost for good then.
-  bool Hopeless(const Parts& parts, const Results& measured) const;
+  uint32_t NextInPilot(const Parts& parts, const IterationResult& result, const Results& measured, bool hopeless) const;
+  // By how much the candidate may be better at the end of its pilot, and one iteration later, than it is now.
+  double MostGrowth(const Parts& parts, uint32_t candidate) const;
+  // Whether the candidate, in its pilot or before it, is so far behind one that came before that it will not be ahead
+  // at its end. It is lost for good then.
+  bool Hopeless(const Parts& parts, const Results& measured, uint32_t candidate) const;
   // How much better the candidate's next film may be than its last.
   double Promise(const Parts& parts, uint32_t candidate) const;
   // After the pilots: sets active, settled and the states that are left. `last`: this is final.
