@@ -42,10 +42,9 @@ const std::vector<Racer>& Racers() {
       // (docs/decisions/0010-focal-guiding.md). It shows nothing before it has narrowed for some iterations. Where it
       // is tried it leads by far, so it is tried early: who comes after it is soon hopeless.
       {"focal", Make<FocalMethod>, {{"initial-iterations", "5"}, {"narrowing-iterations", "10"}}, 3.4, 10, 3, 1000},
-      // Trees grow by iterations: after two of them, however many paths they had, they know little.
-      {"sdtree", Make<SdTreeMethod>, {}, 2.5, 4, 3, 0},
-      {"radiance", Make<SdTreeMethod>, {{"target", "radiance"}}, 2.5, 4, 3, 0},
-      {"product", Make<SdTreeMethod>, {{"product", "on"}}, 4.4, 4, 3, 0},
+      {"sdtree", Make<SdTreeMethod>, {}, 2.5, 2, 3, 0},
+      {"radiance", Make<SdTreeMethod>, {{"target", "radiance"}}, 2.5, 2, 3, 0},
+      {"product", Make<SdTreeMethod>, {{"product", "on"}}, 4.4, 2, 3, 0},
       {"grid", Make<GridMethod>, {}, 2.4, 2, 3, 0},
   };
   return kRacers;
@@ -91,7 +90,7 @@ MethodEntry AutoMethod::Entry() {
       {{"candidates", "path,sdtree,radiance,product,grid,focal or a subset, separated by commas", "path,sdtree,focal",
         "the methods that race; radiance is sdtree with target=radiance, product with product=on; focal is tried only "
         "where path tracing hardly finds the light. Recommended: the default"},
-       {"pilot", "an integer from 1000 to 1e9", "524288",
+       {"pilot", "an integer from 1000 to 1e9", "580000",
         "paths in the pilot of path tracing; methods that learn have three times as many, and at least what they "
         "cannot show anything without"}}};
 }

@@ -260,9 +260,9 @@ TEST(Auto, APilotIsANumberOfPathsWhateverTheSize) {
     const auto passes =
         static_cast<double>(Driver("path,sdtree", size.width, size.height).Race({{"path", 5}, {"sdtree", 5}}));
     // Path tracing's half a million, and up to the power of two beyond three times as many, twice for a probation; or
-    // two passes, four iterations of the tree and a fifth.
-    EXPECT_LE(passes, std::max(2.0 + 31, 3 + (1 + 4 * 3) * 524288 / pixels)) << size.width;
-    EXPECT_GE(passes, std::max(2.0 + 15, 4 * 524288 / pixels)) << size.width;
+    // two passes and three.
+    EXPECT_LE(passes, std::max(5.0, 3 + (1 + 4 * 3) * 580000 / pixels)) << size.width;
+    EXPECT_GE(passes, 4 * 580000 / pixels) << size.width;
   }
 }
 
@@ -296,9 +296,9 @@ TEST(Auto, ARaceOfManyIterationsForgetsNobody) {
 TEST(Auto, LosersStopEarly) {
   // The tree's pilot has 1, 2, 4, 8 and 16 passes. At best it would be 1.5^4 = 5 times as good a while after it.
   const auto passes = [](double variance) { return Driver().Race({{"path", 4}, {"sdtree", variance}}); };
-  EXPECT_EQ(passes(60), 10u + 1 + 2);
-  EXPECT_EQ(passes(12), 10u + 1 + 2 + 4 + 8);  // three times behind, with one to come and one more
-  EXPECT_EQ(passes(6), 10u + 31);
+  EXPECT_EQ(passes(60), 11u + 1 + 2);
+  EXPECT_EQ(passes(12), 11u + 1 + 2 + 4 + 8);  // three times behind, with one to come and one more
+  EXPECT_EQ(passes(6), 11u + 31);
   Driver loser;
   loser.Race({{"path", 4}, {"sdtree", 60}});
   EXPECT_EQ(loser.active(), "path");
