@@ -136,15 +136,8 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
   Json report = FetchReport(farm, status, options.command_line);
   report["farm_job"] = status.id.value;
   // The image is written whatever is wrong with what was asked for besides.
-  std::exception_ptr wrong;
-  const auto besides = [&](const auto& part) {
-    try {
-      part();
-    } catch (...) {
-      if (!wrong) wrong = std::current_exception();
-    }
-  };
-  besides([&] {
+  Failures failures;
+  failures.Try([&] {
     if (options.reference.empty()) return;
     const Image reference = ReadImageFile(options.reference);
     CheckReference(reference, options.reference, image.width, image.height);
@@ -153,13 +146,14 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
     report["reference"] = metrics;
     if (report["points"].is_array() && !report["points"].empty()) report["points"].back()["reference"] = metrics;
   });
-  besides([&] {
-    if (options.state.empty()) return;
-    WriteText(options.state, OnFarm([&] { return farm.GetGuide(status.id); }).Serialize());
-    report["files"]["state"] = options.state;
-  });
-  report["files"] = DeliverRender(OutputPaths::For(options.output), image, report, status.method);
-  if (wrong) std::rethrow_exception(wrong);
+  RenderExtras extras;
+  if (!options.state.empty()) {
+    extras.files.push_back({"state", options.state, [&] {
+                              WriteText(options.state, OnFarm([&] { return farm.GetGuide(status.id); }).Serialize());
+                            }});
+  }
+  report["files"] = DeliverRender(OutputPaths::For(options.output), image, report, status.method, failures, extras);
+  failures.Throw();
   return report;
 }
 

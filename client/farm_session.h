@@ -54,8 +54,8 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
 
 // The job's report, completed (delivery.h). Throws Error(kCorrupt) where it is not JSON.
 nlohmann::json FetchReport(FarmClient& farm, const JobStatus& status, const std::string& command_line);
-// Fetches image and report and writes the files of OutputPaths; gives back the completed report. Throws, once they are
-// written, where the reference does not fit or there is no state.
+// Fetches image and report and writes the files of OutputPaths; gives back the completed report. Throws, once all that
+// can be is written, where the reference does not fit, there is no state, or a file could not be written.
 nlohmann::json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& options);
 
 }  // namespace lodestar

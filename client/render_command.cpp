@@ -75,31 +75,36 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   }
   const ExitCode code = InterruptGuard::Interrupted() ? ExitCode::kInterrupted : ExitCode::kOk;
 
-  // 4. Its files.
+  // 4. Its files. Where one cannot be written the others are, and the command fails at its end.
   nlohmann::json report = CompleteReport(ReportToJson(result.report), {arguments.job.scene, command_line});
   report["result"]["seconds_compiling"] = compiled.seconds;
+  Failures failures;
   if (result.report.passes == 0) {
     std::fprintf(stderr, "no file was written: the run ended before its first round\n");
   } else {
     Features features;
+    RenderExtras extras;
+    if (aovs.any() &&
+        failures.Try([&] { features = RenderAovs(aovs, compiled, job, result.state, arguments.threads); })) {
+      extras.aovs = AovChannels(aovs, features);
+      if (aovs.bsdf_fraction) {
+        const std::filesystem::path picture =
+            std::filesystem::path(paths.image).replace_extension().string() + "-bsdf-fraction.png";
+        extras.files.push_back({"fraction", picture, [&features, picture] { WriteFractionPng(picture, features); }});
+      }
+    }
     if (!arguments.state.empty()) {
-      WriteText(arguments.state, guide.Serialize());
-      report["files"]["state"] = arguments.state;
+      extras.files.push_back(
+          {"state", arguments.state, [&arguments, &guide] { WriteText(arguments.state, guide.Serialize()); }});
     }
-    if (aovs.any()) features = RenderAovs(aovs, compiled, job, result.state, arguments.threads);
-    if (aovs.bsdf_fraction) {
-      const std::string picture =
-          std::filesystem::path(paths.image).replace_extension().string() + "-bsdf-fraction.png";
-      WriteFractionPng(picture, features);
-      report["files"]["fraction"] = picture;
-    }
-    report["files"] = DeliverRender(paths, result.image, report, job.method, AovChannels(aovs, features));
+    report["files"] = DeliverRender(paths, result.image, report, job.method, failures, extras);
   }
   if (arguments.json) {
     std::cout << DumpJson(report) << "\n";
   } else {
     std::cout << Summary(report);
   }
+  failures.Throw();
   return code;
 }
 

@@ -101,6 +101,22 @@ TEST(Program, FilesThatCannotBeReadOrWrittenEndWithFour) {
   EXPECT_THAT(text.err, AllOf(HasSubstr("tiny.pbrt"), HasSubstr("--state FILE` writes one")));
 }
 
+// Refused to root as well: a name too long for the one beside it, and names that are folders.
+TEST(Program, TheImageIsWrittenWhateverElseCannotBe) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene), state = folder / std::string(252, 's');
+  for (const char* taken : {"a.png", "a.csv"}) std::filesystem::create_directory(folder / taken);
+  const Ran ran = RunLodestar({"render", scene, "--method", "sdtree", "--spp", "15", "-o", folder / "a.exr", "--state",
+                               state, "--json", "--quiet"},
+                              kNoPlot);
+  EXPECT_EQ(ran.code, 4);
+  EXPECT_THAT(ran.err, AllOf(HasSubstr("a.png"), HasSubstr("a.csv"), HasSubstr(state)));
+  EXPECT_EQ(ReadImageFile(folder / "a.exr").width, 16u);
+  const nlohmann::json files = {{"image", (folder / "a.exr").string()}, {"json", (folder / "a.json").string()}};
+  EXPECT_EQ(Json(ran)["files"], files);
+  EXPECT_EQ(nlohmann::json::parse(ReadText(folder / "a.json"))["files"], files);
+}
+
 TEST(Program, StandardOutputOnAFullDiskEndsWithFour) {
   const TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene).string();
