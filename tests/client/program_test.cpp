@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <nlohmann/json.hpp>
 
 #include "client/outputs.h"
@@ -297,6 +298,34 @@ TEST(Program, AnInterruptWhileFilesAreWrittenLosesNone) {
   EXPECT_EQ(ran.code, 0) << "it was rendered as asked for; " << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("stopping"));
   EXPECT_TRUE(std::filesystem::exists(folder / "a.json")) << "the last of them";
+}
+
+TEST(Program, AConnectionThatDropsLosesNoFileEither) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  // The shell hangs up first, and then the kernel. A program inherits that it is ignored, as from nohup.
+  const std::string plot = folder.Write("plot", "kill -HUP $PPID; sleep 0.2; kill -HUP $PPID").string();
+  for (const auto handler : {SIG_DFL, SIG_IGN}) {
+    const auto before = std::signal(SIGHUP, handler);
+    const Ran ran = RunLodestar({"render", scene, "--method", "path", "--spp", "4", "-o", folder / "a.pfm"},
+                                {"LODESTAR_PYTHON=/bin/sh", "LODESTAR_PLOT=" + plot});
+    std::signal(SIGHUP, before);
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    EXPECT_EQ(ran.err.find("stopping") != std::string::npos, handler == SIG_DFL) << ran.err;
+    EXPECT_TRUE(std::filesystem::remove(folder / "a.json")) << "the last of them";
+  }
+}
+
+TEST(Program, AConnectionThatDropsEndsARender) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const auto before = std::signal(SIGHUP, SIG_DFL);
+  const Ran ran = RunProgram({"timeout", "--foreground", "--preserve-status", "-s", "HUP", "2", LODESTAR_PROGRAM,
+                              "render", scene, "--method", "path", "--time", "1h", "-o", folder / "a.pfm"},
+                             kNoPlot);
+  std::signal(SIGHUP, before);
+  EXPECT_EQ(ran.code, 130) << ran.err;
+  EXPECT_EQ(ReadImageFile(folder / "a.pfm").width, 16u);
 }
 
 TEST(Program, AnInterruptedComparisonReportsTheRunsThatAreWhole) {
