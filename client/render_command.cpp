@@ -7,6 +7,7 @@
 #include "client/command.h"
 #include "client/delivery.h"
 #include "client/guide_aovs.h"
+#include "client/interim_pictures.h"
 #include "client/interrupt.h"
 #include "client/job_options.h"
 #include "client/local_render.h"
@@ -63,20 +64,28 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
 
   CheckExtras(arguments, aovs, compiled, job);
 
-  // 3. The render.
+  // 3. The render, and now and then its picture so far. The last one is among the files of step 4.
   StopToken stop;
   const InterruptGuard guard(&stop, "stopping: the image so far will be written");
+  const ReportContext context = {arguments.job.scene, command_line};
   RenderResult result;
   GuideFile guide;
   {
     ProgressLine progress(arguments.quiet);
+    InterimPictures pictures(paths, progress);
+    const auto after_round = [&](const Loop& loop, const JobProgress& at) {
+      if (loop.finished()) return;
+      pictures.Update(at.seconds, [&]() -> InterimPictures::Picture {
+        return {loop.Develop(), ImageMetadata(CompleteReport(ReportToJson(loop.Report()), context))};
+      });
+    };
     result = RenderLocally(compiled, job, arguments.threads, reference, stop, progress,
-                           arguments.state.empty() ? nullptr : &guide);
+                           arguments.state.empty() ? nullptr : &guide, after_round);
   }
   const ExitCode code = InterruptGuard::Interrupted() ? ExitCode::kInterrupted : ExitCode::kOk;
 
   // 4. Its files. Where one cannot be written the others are, and the command fails at its end.
-  nlohmann::json report = CompleteReport(ReportToJson(result.report), {arguments.job.scene, command_line});
+  nlohmann::json report = CompleteReport(ReportToJson(result.report), context);
   report["result"]["seconds_compiling"] = compiled.seconds;
   Failures failures;
   if (result.report.passes == 0) {
@@ -116,8 +125,8 @@ void AddRenderCommand(CLI::App& app, Invocation& invocation) {
   AddJobOptions(*sub, arguments->job);
   sub->add_option("-o,--output", arguments->output,
                   "Image: .exr (with variance and metadata), .png or .pfm; its name without the ending carries the "
-                  ".png, .csv, .json and -error.png beside it "
-                  "[SCENE.exr here]")
+                  ".png, .csv, .json and -error.png beside it. It and the .png are written now and then while it "
+                  "renders, too [SCENE.exr here]")
       ->type_name("FILE");
   sub->add_option("--reference", arguments->reference,
                   "Measure the error against this image (.exr, .pfm) of the same size")

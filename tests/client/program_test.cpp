@@ -328,6 +328,20 @@ TEST(Program, AConnectionThatDropsEndsARender) {
   EXPECT_EQ(ReadImageFile(folder / "a.pfm").width, 16u);
 }
 
+// It takes its ten seconds: the first picture comes then.
+TEST(Program, ARenderThatIsKilledLeavesItsPictureSoFar) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran =
+      RunProgram({"sh", "-c",
+                  "\"$0\" render \"$1\" --method path --time 2m -o \"$2.exr\" --json --quiet & "
+                  "for i in $(seq 900); do [ -e \"$2.png\" ] && break; sleep 0.1; done; kill -KILL $!; wait $!",
+                  LODESTAR_PROGRAM, scene, folder / "a"});
+  EXPECT_EQ(ran.code, 137) << ran.err;
+  for (const char* name : {"a.exr", "a.png"}) EXPECT_EQ(ReadImageFile(folder / name).width, 16u) << name;
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.json")) << "it was not killed";
+}
+
 TEST(Program, AnInterruptedComparisonReportsTheRunsThatAreWhole) {
   TemporaryFolder folder;
   const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
