@@ -5,9 +5,13 @@
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <utility>
 
 #include "client/command.h"
 #include "client/delivery.h"
+#include "client/interim_pictures.h"
 #include "client/interrupt.h"
 #include "client/progress.h"
 #include "client/values.h"
@@ -38,6 +42,17 @@ void SayWaiting(const JobStatus& status, std::string* said) {
       status.phase == JobPhase::kQueued && status.waiting_for.empty() ? "queued" : status.waiting_for;
   if (!words.empty() && words != *said) std::fprintf(stderr, "%s: %s\n", status.id.value.c_str(), words.c_str());
   *said = words;
+}
+
+// The picture so far of a job that runs; nothing where the farm does not give it now, since there will be others.
+std::optional<InterimPictures::Picture> FetchPicture(FarmClient& farm, const JobStatus& status,
+                                                     const std::string& command_line) {
+  try {
+    Image image = farm.GetImage(status.id);
+    return InterimPictures::Picture{std::move(image), ImageMetadata(FetchReport(farm, status, command_line))};
+  } catch (const std::runtime_error&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -163,6 +178,8 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
   {
     InterruptGuard guard(&stop, "watching no longer");
     ProgressLine progress(options.quiet);
+    std::optional<InterimPictures> pictures;
+    if (!options.output.empty()) pictures.emplace(OutputPaths::For(options.output), progress);
     std::string said;
     status = OnFarm([&] {
       return farm.Watch(
@@ -173,6 +190,8 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
             } else if (!options.quiet) {
               SayWaiting(at, &said);
             }
+            if (pictures && !Ended(at.phase))
+              pictures->Update(at.progress.seconds, [&] { return FetchPicture(farm, at, options.command_line); });
             return true;
           },
           &stop);

@@ -29,7 +29,7 @@ TEST(InterimPictures, ComeRarerAsTheRunGrows) {
   ProgressLine progress(true);
   InterimPictures pictures(OutputPaths::For("never-written.exr"), progress);
   std::vector<double> at;
-  for (double seconds = 0; seconds <= 3600; ++seconds) {
+  for (int seconds = 0; seconds <= 3600; ++seconds) {
     pictures.Update(seconds, [&]() -> std::optional<Picture> {
       at.push_back(seconds);
       return std::nullopt;
