@@ -49,7 +49,7 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   const OutputPaths paths = OutputPaths::For(output);
   PrepareFolder(paths.image);
   const AovChoice aovs = AovChoice::Parse(arguments.aovs);
-  if (aovs.any() && paths.image.extension() != ".exr")
+  if (aovs.any() && Ending(paths.image) != ".exr")
     throw Error(ErrorKind::kInvalidInput,
                 "--aov needs an image that ends in .exr: other files have no room for channels");
   if (!arguments.state.empty()) PrepareFolder(arguments.state);
