@@ -55,25 +55,50 @@ std::map<std::string, std::string> ImageMetadata(const Json& report) {
   return metadata;
 }
 
+bool Failures::Try(const std::function<void()>& part) {
+  try {
+    part();
+    return true;
+  } catch (const std::exception& error) {
+    if (first_) {
+      std::fprintf(stderr, "lodestar: %s\n", error.what());
+    } else {
+      first_ = std::current_exception();
+    }
+    return false;
+  }
+}
+
+void Failures::Throw() const {
+  if (first_) std::rethrow_exception(first_);
+}
+
 Json DeliverRender(const OutputPaths& paths, const Image& image, Json report, const std::string& label,
-                   const std::vector<ImageChannel>& aovs) {
-  Json files = report.value("files", Json::object());
-  WriteImage(paths.image, image, ImageMetadata(report), aovs);
-  files["image"] = paths.image.string();
-  if (paths.png != paths.image) WriteImage(paths.png, image, {});
-  files["png"] = paths.png.string();
+                   Failures& failures, const RenderExtras& extras) {
+  Json files = Json::object();
+  const auto deliver = [&](const std::string& kind, const std::filesystem::path& path, const auto& write) {
+    if (failures.Try(write)) files[kind] = path.string();
+  };
+  deliver("image", paths.image, [&] { WriteImage(paths.image, image, ImageMetadata(report), extras.aovs); });
+  if (paths.png != paths.image) {
+    deliver("png", paths.png, [&] { WriteImage(paths.png, image, {}); });
+  } else if (files.contains("image")) {
+    files["png"] = paths.png.string();
+  }
   const auto points = PointsFromJson(report.value("points", Json::array()));
   const Json& seed = At(report, "job", "seed");
-  WriteText(paths.csv, kCsvHeader + PointsToCsv(label, seed.is_number_unsigned() ? seed.get<uint64_t>() : 0, points));
-  files["csv"] = paths.csv.string();
-  files["json"] = paths.json.string();
+  deliver("csv", paths.csv, [&] {
+    WriteText(paths.csv, kCsvHeader + PointsToCsv(label, seed.is_number_unsigned() ? seed.get<uint64_t>() : 0, points));
+  });
   if (points.empty()) {
     std::fprintf(stderr, "no plot: the render ended before its first error point\n");
-  } else if (DrawErrorPlot(paths.csv, paths.plot, paths.image.stem().string())) {
+  } else if (files.contains("csv") && DrawErrorPlot(paths.csv, paths.plot, paths.image.stem().string())) {
     files["plot"] = paths.plot.string();
   }
+  for (const MoreFile& file : extras.files) deliver(file.kind, file.path, file.write);
   report["files"] = files;
-  WriteText(paths.json, DumpJson(report) + "\n");
+  report["files"]["json"] = paths.json.string();
+  deliver("json", paths.json, [&] { WriteText(paths.json, DumpJson(report) + "\n"); });
   return files;
 }
 

@@ -5,9 +5,13 @@
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <utility>
 
 #include "client/command.h"
 #include "client/delivery.h"
+#include "client/interim_pictures.h"
 #include "client/interrupt.h"
 #include "client/progress.h"
 #include "client/values.h"
@@ -38,6 +42,17 @@ void SayWaiting(const JobStatus& status, std::string* said) {
       status.phase == JobPhase::kQueued && status.waiting_for.empty() ? "queued" : status.waiting_for;
   if (!words.empty() && words != *said) std::fprintf(stderr, "%s: %s\n", status.id.value.c_str(), words.c_str());
   *said = words;
+}
+
+// The picture so far of a job that runs; nothing where the farm does not give it now, since there will be others.
+std::optional<InterimPictures::Picture> FetchPicture(FarmClient& farm, const JobStatus& status,
+                                                     const std::string& command_line) {
+  try {
+    Image image = farm.GetImage(status.id);
+    return InterimPictures::Picture{std::move(image), ImageMetadata(FetchReport(farm, status, command_line))};
+  } catch (const std::runtime_error&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -136,15 +151,8 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
   Json report = FetchReport(farm, status, options.command_line);
   report["farm_job"] = status.id.value;
   // The image is written whatever is wrong with what was asked for besides.
-  std::exception_ptr wrong;
-  const auto besides = [&](const auto& part) {
-    try {
-      part();
-    } catch (...) {
-      if (!wrong) wrong = std::current_exception();
-    }
-  };
-  besides([&] {
+  Failures failures;
+  failures.Try([&] {
     if (options.reference.empty()) return;
     const Image reference = ReadImageFile(options.reference);
     CheckReference(reference, options.reference, image.width, image.height);
@@ -153,13 +161,14 @@ Json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& 
     report["reference"] = metrics;
     if (report["points"].is_array() && !report["points"].empty()) report["points"].back()["reference"] = metrics;
   });
-  besides([&] {
-    if (options.state.empty()) return;
-    WriteText(options.state, OnFarm([&] { return farm.GetGuide(status.id); }).Serialize());
-    report["files"]["state"] = options.state;
-  });
-  report["files"] = DeliverRender(OutputPaths::For(options.output), image, report, status.method);
-  if (wrong) std::rethrow_exception(wrong);
+  RenderExtras extras;
+  if (!options.state.empty()) {
+    extras.files.push_back({"state", options.state, [&] {
+                              WriteText(options.state, OnFarm([&] { return farm.GetGuide(status.id); }).Serialize());
+                            }});
+  }
+  report["files"] = DeliverRender(OutputPaths::For(options.output), image, report, status.method, failures, extras);
+  failures.Throw();
   return report;
 }
 
@@ -169,6 +178,8 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
   {
     InterruptGuard guard(&stop, "watching no longer");
     ProgressLine progress(options.quiet);
+    std::optional<InterimPictures> pictures;
+    if (!options.output.empty()) pictures.emplace(OutputPaths::For(options.output), progress);
     std::string said;
     status = OnFarm([&] {
       return farm.Watch(
@@ -179,6 +190,8 @@ ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& optio
             } else if (!options.quiet) {
               SayWaiting(at, &said);
             }
+            if (pictures && !Ended(at.phase))
+              pictures->Update(at.progress.seconds, [&] { return FetchPicture(farm, at, options.command_line); });
             return true;
           },
           &stop);

@@ -37,7 +37,7 @@ nlohmann::json StatusToJson(const JobStatus& status);
 std::string StatusLine(const JobStatus& status);
 
 struct FollowOptions {
-  std::string output;     // image to write when the job ends or is interrupted; "": none
+  std::string output;     // image to write now and then, and when the job or the watching ends; "": none
   std::string reference;  // measure the final image against this; "": none
   std::string state;      // with output: what was learned goes here; "": nowhere
   std::string command_line;
@@ -48,14 +48,14 @@ void AddStateOption(CLI::App& app, FollowOptions& options);
 // Makes the folders of what will be written; refuses --state without an image. Throws Error.
 void PrepareDelivery(const FollowOptions& options);
 
-// Shows progress until the job ends or Ctrl-C (which leaves the job running), then delivers its files. kJobFailed for a
-// failed or cancelled job.
+// Shows progress and writes the picture so far until the job ends or Ctrl-C (which leaves the job running), then
+// delivers its files. kJobFailed for a failed or cancelled job.
 ExitCode FollowJob(FarmClient& farm, const JobId& id, const FollowOptions& options);
 
 // The job's report, completed (delivery.h). Throws Error(kCorrupt) where it is not JSON.
 nlohmann::json FetchReport(FarmClient& farm, const JobStatus& status, const std::string& command_line);
-// Fetches image and report and writes the files of OutputPaths; gives back the completed report. Throws, once they are
-// written, where the reference does not fit or there is no state.
+// Fetches image and report and writes the files of OutputPaths; gives back the completed report. Throws, once all that
+// can be is written, where the reference does not fit, there is no state, or a file could not be written.
 nlohmann::json DeliverJob(FarmClient& farm, const JobStatus& status, const FollowOptions& options);
 
 }  // namespace lodestar

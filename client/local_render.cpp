@@ -24,7 +24,7 @@ void CheckLearns(const CompiledJob& compiled, const JobSpec& job) {
 
 RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int threads,
                            const std::shared_ptr<const Image>& reference, const StopToken& stop, ProgressLine& progress,
-                           GuideFile* guide) {
+                           GuideFile* guide, const std::function<void(const Loop&, const JobProgress&)>& after_round) {
   // Learning's loops too, which are not the executor's.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(threads > 0 ? threads : UsableThreads()));
@@ -32,7 +32,10 @@ RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int 
   LocalExecutor executor(compiled.scene, job, loop.method(), threads);
   Loop::Hooks hooks;
   hooks.reference = reference;
-  hooks.progress = [&](const JobProgress& at) { progress.Update(at); };
+  hooks.progress = [&](const JobProgress& at) {
+    progress.Update(at);
+    if (after_round) after_round(loop, at);
+  };
   if (guide != nullptr) {
     hooks.advanced = [&](const std::shared_ptr<const State>& from, const Statistics* learned,
                          const std::shared_ptr<const State>& to) {

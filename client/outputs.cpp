@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -13,13 +14,6 @@ namespace lodestar {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string Ending(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
 
 [[noreturn]] void FailWrite(const fs::path& path, const std::string& why) {
   throw Error(ErrorKind::kIo,
@@ -66,6 +60,13 @@ FloatImage ToFloatImage(const Image& image) {
 }
 
 }  // namespace
+
+std::string Ending(const fs::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
 
 OutputPaths OutputPaths::For(const fs::path& image) {
   const std::string ending = Ending(image);

@@ -13,6 +13,9 @@
 
 namespace lodestar {
 
+// Of the name, in lower case: ".exr".
+std::string Ending(const std::filesystem::path& path);
+
 struct OutputPaths {
   std::filesystem::path image;  // .exr, .png or .pfm as asked for
   std::filesystem::path png, csv, json, plot;

@@ -7,6 +7,7 @@
 #include "client/command.h"
 #include "client/delivery.h"
 #include "client/guide_aovs.h"
+#include "client/interim_pictures.h"
 #include "client/interrupt.h"
 #include "client/job_options.h"
 #include "client/local_render.h"
@@ -48,7 +49,7 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
   const OutputPaths paths = OutputPaths::For(output);
   PrepareFolder(paths.image);
   const AovChoice aovs = AovChoice::Parse(arguments.aovs);
-  if (aovs.any() && paths.image.extension() != ".exr")
+  if (aovs.any() && Ending(paths.image) != ".exr")
     throw Error(ErrorKind::kInvalidInput,
                 "--aov needs an image that ends in .exr: other files have no room for channels");
   if (!arguments.state.empty()) PrepareFolder(arguments.state);
@@ -63,43 +64,56 @@ ExitCode Render(const RenderArguments& arguments, const std::string& command_lin
 
   CheckExtras(arguments, aovs, compiled, job);
 
-  // 3. The render.
+  // 3. The render, and now and then its picture so far. The last one is among the files of step 4.
   StopToken stop;
   const InterruptGuard guard(&stop, "stopping: the image so far will be written");
+  const ReportContext context = {arguments.job.scene, command_line};
   RenderResult result;
   GuideFile guide;
   {
     ProgressLine progress(arguments.quiet);
+    InterimPictures pictures(paths, progress);
+    const auto after_round = [&](const Loop& loop, const JobProgress& at) {
+      if (loop.finished()) return;
+      pictures.Update(at.seconds, [&]() -> InterimPictures::Picture {
+        return {loop.Develop(), ImageMetadata(CompleteReport(ReportToJson(loop.Report()), context))};
+      });
+    };
     result = RenderLocally(compiled, job, arguments.threads, reference, stop, progress,
-                           arguments.state.empty() ? nullptr : &guide);
+                           arguments.state.empty() ? nullptr : &guide, after_round);
   }
   const ExitCode code = InterruptGuard::Interrupted() ? ExitCode::kInterrupted : ExitCode::kOk;
 
-  // 4. Its files.
-  nlohmann::json report = CompleteReport(ReportToJson(result.report), {arguments.job.scene, command_line});
+  // 4. Its files. Where one cannot be written the others are, and the command fails at its end.
+  nlohmann::json report = CompleteReport(ReportToJson(result.report), context);
   report["result"]["seconds_compiling"] = compiled.seconds;
+  Failures failures;
   if (result.report.passes == 0) {
     std::fprintf(stderr, "no file was written: the run ended before its first round\n");
   } else {
     Features features;
+    RenderExtras extras;
+    if (aovs.any() &&
+        failures.Try([&] { features = RenderAovs(aovs, compiled, job, result.state, arguments.threads); })) {
+      extras.aovs = AovChannels(aovs, features);
+      if (aovs.bsdf_fraction) {
+        const std::filesystem::path picture =
+            std::filesystem::path(paths.image).replace_extension().string() + "-bsdf-fraction.png";
+        extras.files.push_back({"fraction", picture, [&features, picture] { WriteFractionPng(picture, features); }});
+      }
+    }
     if (!arguments.state.empty()) {
-      WriteText(arguments.state, guide.Serialize());
-      report["files"]["state"] = arguments.state;
+      extras.files.push_back(
+          {"state", arguments.state, [&arguments, &guide] { WriteText(arguments.state, guide.Serialize()); }});
     }
-    if (aovs.any()) features = RenderAovs(aovs, compiled, job, result.state, arguments.threads);
-    if (aovs.bsdf_fraction) {
-      const std::string picture =
-          std::filesystem::path(paths.image).replace_extension().string() + "-bsdf-fraction.png";
-      WriteFractionPng(picture, features);
-      report["files"]["fraction"] = picture;
-    }
-    report["files"] = DeliverRender(paths, result.image, report, job.method, AovChannels(aovs, features));
+    report["files"] = DeliverRender(paths, result.image, report, job.method, failures, extras);
   }
   if (arguments.json) {
     std::cout << DumpJson(report) << "\n";
   } else {
     std::cout << Summary(report);
   }
+  failures.Throw();
   return code;
 }
 
@@ -111,8 +125,8 @@ void AddRenderCommand(CLI::App& app, Invocation& invocation) {
   AddJobOptions(*sub, arguments->job);
   sub->add_option("-o,--output", arguments->output,
                   "Image: .exr (with variance and metadata), .png or .pfm; its name without the ending carries the "
-                  ".png, .csv, .json and -error.png beside it "
-                  "[SCENE.exr here]")
+                  ".png, .csv, .json and -error.png beside it. It and the .png are written now and then while it "
+                  "renders, too [SCENE.exr here]")
       ->type_name("FILE");
   sub->add_option("--reference", arguments->reference,
                   "Measure the error against this image (.exr, .pfm) of the same size")

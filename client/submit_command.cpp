@@ -105,7 +105,8 @@ void AddSubmitCommand(CLI::App& app, Invocation& invocation) {
       ->check(Unnamed(CLI::Range(1, 4096)));
   sub->add_flag("--watch", arguments->watch, "Show progress until the job ends");
   sub->add_option("-o,--output", arguments->follow.output,
-                  "Wait for the job, then write the image and its .png, .csv, .json and -error.png (as render does)")
+                  "Wait for the job and write the image and its .png now and then and at the end, and then .csv, .json "
+                  "and -error.png (as render does)")
       ->type_name("FILE");
   sub->add_option("--reference", arguments->reference,
                   "Measure the error against this image (.exr, .pfm) of the same size; it is sent along, and every "

@@ -17,7 +17,7 @@ void AddWatchCommand(CLI::App& app, Invocation& invocation) {
   sub->add_option("job", arguments->job, "The job's id")->required()->type_name("JOB");
   AddFarmOption(*sub, arguments->farm);
   sub->add_option("-o,--output", arguments->follow.output,
-                  "Write the image and its .png, .csv, .json and -error.png when the job ends")
+                  "Write the image and its .png now and then and at the end, and then .csv, .json and -error.png")
       ->type_name("FILE");
   sub->add_option("--reference", arguments->follow.reference, "With -o: measure the final image against this one")
       ->type_name("FILE");

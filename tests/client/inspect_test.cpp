@@ -369,6 +369,11 @@ TEST_F(Inspect, AovsAreChannelsOfTheExr) {
   EXPECT_EQ(map.pixels[sky], Rgb(0));
   EXPECT_GT(MaxComponent(map.pixels[floor]), 0.1f);
 
+  const Ran upper = RunLodestar({"render", scene_, "--method", "path", "--spp", "1", "--resolution", "32x24", "--aov",
+                                 "albedo", "-o", folder_ / "B.EXR"},
+                                kNoPlot);
+  EXPECT_EQ(upper.code, 0) << upper.err;
+  EXPECT_EQ(Channels(folder_ / "B.EXR")["albedo.G"].size(), 32u * 24);
   EXPECT_EQ(RunLodestar({"render", scene_, "--aov", "albedo", "-o", folder_ / "a.png"}, kNoPlot).code, 2);
   EXPECT_THAT(RunLodestar({"render", scene_, "--aov", "albdo", "-o", folder_ / "a.exr"}).err,
               HasSubstr("did you mean albedo?"));

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <nlohmann/json.hpp>
 
 #include "client/outputs.h"
@@ -99,6 +100,22 @@ TEST(Program, FilesThatCannotBeReadOrWrittenEndWithFour) {
   const Ran text = RunLodestar({"inspect", "--guide", scene});
   EXPECT_EQ(text.code, 4);
   EXPECT_THAT(text.err, AllOf(HasSubstr("tiny.pbrt"), HasSubstr("--state FILE` writes one")));
+}
+
+// Refused to root as well: a name too long for the one beside it, and names that are folders.
+TEST(Program, TheImageIsWrittenWhateverElseCannotBe) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene), state = folder / std::string(252, 's');
+  for (const char* taken : {"a.png", "a.csv"}) std::filesystem::create_directory(folder / taken);
+  const Ran ran = RunLodestar({"render", scene, "--method", "sdtree", "--spp", "15", "-o", folder / "a.exr", "--state",
+                               state, "--json", "--quiet"},
+                              kNoPlot);
+  EXPECT_EQ(ran.code, 4);
+  EXPECT_THAT(ran.err, AllOf(HasSubstr("a.png"), HasSubstr("a.csv"), HasSubstr(state)));
+  EXPECT_EQ(ReadImageFile(folder / "a.exr").width, 16u);
+  const nlohmann::json files = {{"image", (folder / "a.exr").string()}, {"json", (folder / "a.json").string()}};
+  EXPECT_EQ(Json(ran)["files"], files);
+  EXPECT_EQ(nlohmann::json::parse(ReadText(folder / "a.json"))["files"], files);
 }
 
 TEST(Program, StandardOutputOnAFullDiskEndsWithFour) {
@@ -281,6 +298,48 @@ TEST(Program, AnInterruptWhileFilesAreWrittenLosesNone) {
   EXPECT_EQ(ran.code, 0) << "it was rendered as asked for; " << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("stopping"));
   EXPECT_TRUE(std::filesystem::exists(folder / "a.json")) << "the last of them";
+}
+
+TEST(Program, AConnectionThatDropsLosesNoFileEither) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  // The shell hangs up first, and then the kernel. A program inherits that it is ignored, as from nohup.
+  const std::string plot = folder.Write("plot", "kill -HUP $PPID; sleep 0.2; kill -HUP $PPID").string();
+  for (const auto handler : {SIG_DFL, SIG_IGN}) {
+    const auto before = std::signal(SIGHUP, handler);
+    const Ran ran = RunLodestar({"render", scene, "--method", "path", "--spp", "4", "-o", folder / "a.pfm"},
+                                {"LODESTAR_PYTHON=/bin/sh", "LODESTAR_PLOT=" + plot});
+    std::signal(SIGHUP, before);
+    EXPECT_EQ(ran.code, 0) << ran.err;
+    EXPECT_EQ(ran.err.find("stopping") != std::string::npos, handler == SIG_DFL) << ran.err;
+    EXPECT_TRUE(std::filesystem::remove(folder / "a.json")) << "the last of them";
+  }
+}
+
+TEST(Program, AConnectionThatDropsEndsARender) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const auto before = std::signal(SIGHUP, SIG_DFL);
+  const Ran ran = RunProgram({"timeout", "--foreground", "--preserve-status", "-s", "HUP", "2", LODESTAR_PROGRAM,
+                              "render", scene, "--method", "path", "--time", "1h", "-o", folder / "a.pfm"},
+                             kNoPlot);
+  std::signal(SIGHUP, before);
+  EXPECT_EQ(ran.code, 130) << ran.err;
+  EXPECT_EQ(ReadImageFile(folder / "a.pfm").width, 16u);
+}
+
+// It takes its ten seconds: the first picture comes then.
+TEST(Program, ARenderThatIsKilledLeavesItsPictureSoFar) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  const Ran ran =
+      RunProgram({"sh", "-c",
+                  "\"$0\" render \"$1\" --method path --time 2m -o \"$2.exr\" --json --quiet & "
+                  "for i in $(seq 900); do [ -e \"$2.png\" ] && break; sleep 0.1; done; kill -KILL $!; wait $!",
+                  LODESTAR_PROGRAM, scene, folder / "a"});
+  EXPECT_EQ(ran.code, 137) << ran.err;
+  for (const char* name : {"a.exr", "a.png"}) EXPECT_EQ(ReadImageFile(folder / name).width, 16u) << name;
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.json")) << "it was not killed";
 }
 
 TEST(Program, AnInterruptedComparisonReportsTheRunsThatAreWhole) {

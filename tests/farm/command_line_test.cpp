@@ -128,6 +128,18 @@ TEST_F(FarmCommands, AWatchEndsAtOnceWhateverTheJobWaitsFor) {
   EXPECT_EQ(Shell("timeout -s KILL 30 timeout --foreground --preserve-status -s INT 1 lodestar watch " + id).code, 130);
 }
 
+// It takes ten seconds of the job's: the first picture comes then.
+TEST_F(FarmCommands, AWatchThatIsKilledLeavesThePictureSoFar) {
+  const std::string submitted = Shell("lodestar submit scene/box.pbrt --method path --time 2m").out;
+  const std::string id = submitted.substr(0, submitted.find('\n'));
+  const Ran watched = Shell("{ lodestar watch " + id +
+                            " -o a.exr --quiet & for i in $(seq 900); do [ -e a.png ] && break; sleep 0.1; done; "
+                            "kill -KILL $!; wait $!; }");
+  EXPECT_EQ(watched.code, 137) << watched.err;
+  for (const char* name : {"a.exr", "a.png"}) EXPECT_EQ(ReadImageFile(folder_.path() / name).width, 64u) << name;
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "a.json")) << "it was not killed";
+}
+
 TEST_F(FarmCommands, TheImageIsWrittenWhateverIsWrongBesides) {
   ASSERT_EQ(Shell("lodestar render scene/box.pbrt --method path --spp 1 --resolution 8x6 -o small.pfm --quiet").code,
             0);
