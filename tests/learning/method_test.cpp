@@ -218,6 +218,26 @@ TEST(GridMethod, MemoSaysThatItIsBiased) {
   EXPECT_EQ(explain("rejection", true), "");
 }
 
+// More exploration than steps would never guide.
+TEST(GridMethod, GuidesAfterItsLastStep) {
+  JobSpec job = test::SyntheticJob("grid", 64);
+  job.options["exploration"] = "5";
+  const GridMethod automatic(job, SyntheticSurvey());
+  EXPECT_EQ(automatic.options().steps, 2u);
+  EXPECT_EQ(automatic.options().exploration, 2u);
+  // As decided, also in a replay that has another budget.
+  job.options = automatic.DecidedOptions();
+  job.budget = {.spp = 1000};
+  const GridMethod replay(job, SyntheticSurvey());
+  EXPECT_EQ(replay.options().steps, 2u);
+  EXPECT_EQ(replay.options().exploration, 2u);
+  EXPECT_EQ(
+      Refusal("grid", {{"steps", "4"}, {"exploration", "5"}}),
+      "option 'exploration' of method 'grid' cannot be '5'; it takes an integer from 1 to 1000, no more than steps");
+  EXPECT_EQ(Refusal("grid", {{"steps", "5"}, {"exploration", "5"}}), "accepted");
+  EXPECT_EQ(Refusal("grid", {{"steps", "0"}, {"exploration", "5"}}), "accepted");  // nothing is learned
+}
+
 TEST(PathMethod, HasNothingToLearn) {
   const auto method = MakeMethod(test::SyntheticJob("path", 1), SyntheticSurvey());
   const auto state = method->Initial();
