@@ -87,7 +87,11 @@ std::shared_ptr<const State> FocalMethod::Initial() const {
 }
 
 std::shared_ptr<const State> FocalMethod::ParseState(std::string_view bytes) const {
-  return std::make_shared<FocalState>(FocalField::Parse(bytes));
+  auto field = FocalField::Parse(bytes);
+  if (!(field->options() == options_.field))
+    throw Error(ErrorKind::kConflict,
+                "a focal guiding state was made with other options than its job's; submit the job again");
+  return std::make_shared<FocalState>(std::move(field));
 }
 
 std::unique_ptr<Statistics> FocalMethod::NewStatistics(const std::shared_ptr<const State>& state) const {

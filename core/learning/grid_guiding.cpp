@@ -110,7 +110,11 @@ std::shared_ptr<const State> GridMethod::Initial() const {
 }
 
 std::shared_ptr<const State> GridMethod::ParseState(std::string_view bytes) const {
-  return std::make_shared<GridState>(RadianceGrid::Parse(bytes));
+  auto grid = RadianceGrid::Parse(bytes);
+  if (!(grid->options() == options_.grid))
+    throw Error(ErrorKind::kConflict,
+                "a grid guiding state was made with other options than its job's; submit the job again");
+  return std::make_shared<GridState>(std::move(grid));
 }
 
 std::unique_ptr<Statistics> GridMethod::NewStatistics(const std::shared_ptr<const State>& state) const {

@@ -172,6 +172,27 @@ TEST(SdTreeMethod, StatesOfOtherOptionsAreRefused) {
                 "a guiding state was made with other options than its job's; submit the job again");
 }
 
+TEST(Registry, StatesOfOtherOptionsAreRefused) {
+  struct Case {
+    std::string method, option, value, part;
+  };
+  for (const Case& c : {Case{"focal", "start-depth", "4", "focal"}, Case{"grid", "cells", "4", "grid"},
+                        Case{"sdtree+focal", "start-depth", "4", "focal"}}) {
+    JobSpec job = test::SyntheticJob(c.method, 1);
+    const Bytes state = MakeMethod(job, SyntheticSurvey())->Initial()->Serialize();
+    EXPECT_NO_THROW(MakeMethod(job, SyntheticSurvey())->ParseState(state));
+    job.options[c.option] = c.value;
+    try {
+      MakeMethod(job, SyntheticSurvey())->ParseState(state);
+      ADD_FAILURE() << c.method << ": was read";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kConflict);
+      EXPECT_EQ(error.what(),
+                "a " + c.part + " guiding state was made with other options than its job's; submit the job again");
+    }
+  }
+}
+
 TEST(SdTreeMethod, StatesOfOtherLightsAreRefused) {
   const JobSpec job = test::SyntheticJob("sdtree", 1);
   Survey survey = SyntheticSurvey();
