@@ -132,7 +132,8 @@ class ByteReader {
   size_t at_ = 0;
 };
 
-// zstd, lossless. Decompress throws Error(kCorrupt), also where the announced size exceeds max_size.
+// zstd, lossless. Decompress takes one frame and throws Error(kCorrupt), also where the announced size exceeds
+// max_size. The memory that it takes follows what the frame holds, not what it announces.
 Bytes Compress(std::string_view bytes, int level = 1);
 Bytes Decompress(std::string_view bytes, const std::string& what, uint64_t max_size = uint64_t{1} << 34);
 

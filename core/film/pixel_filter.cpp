@@ -11,8 +11,11 @@ using Parameters = PixelFilter::Parameters;
 constexpr int kCells = 512;
 constexpr int kStepsPerCell = 8;
 
-// Normalized Gaussian minus its value at the radius, so that it ends continuously.
+// Normalized Gaussian minus its value at the radius, so that it ends continuously. A far wider one than the radius is
+// its limit, a parabola, as the difference would be lost to rounding; none is narrower than half a cell of the table.
 float Gaussian1D(float x, float radius, float sigma) {
+  if (radius < 0.01f * sigma) return 1 - Sqr(x / radius);
+  sigma = std::max(sigma, radius / kCells);
   const auto value = [sigma](float d) {
     return Exp(-d * d / (2 * sigma * sigma)) / std::sqrt(2 * kPi * sigma * sigma);
   };

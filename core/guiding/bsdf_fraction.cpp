@@ -30,6 +30,7 @@ FractionSums FractionSums::Read(ByteReader& in) {
 float SolveBsdfFraction(const FractionSums& sums, float previous, double prior_records) {
   if (sums.count == 0) return previous;
   const double mean_weight = sums.weight.Value() / static_cast<double>(sums.count);
+  if (!(mean_weight > 0)) return previous;  // all weights are lost to rounding: the prior would be, too
   // h(alpha) = alpha (1 - alpha) dLoss/dalpha is linear in alpha where each direction is served by one technique only,
   // and nearly so elsewhere; linear interpolation of h is then exact or close with eight points. The prior, a cross
   // entropy towards `previous`, is linear in it as well.

@@ -89,7 +89,7 @@ struct FractionSums {
 inline constexpr double kFractionPriorRecords = 64;
 
 // The minimiser of the summed loss plus a prior that counts as `prior_records` records which found `previous` to be
-// right.
+// right; `previous` where no record has a weight.
 float SolveBsdfFraction(const FractionSums& sums, float previous, double prior_records);
 
 }  // namespace lodestar

@@ -1,5 +1,7 @@
 #include "core/guiding/sd_tree_advance.h"
 
+#include <algorithm>
+
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/guiding/light_selection.h"
@@ -7,6 +9,10 @@
 
 namespace lodestar {
 namespace {
+
+// What gives way where the trees would exceed max_nodes: leaves and trees in turn, trees by at most this factor of
+// flux_threshold while leaves still split. After that the trees alone, in small steps: all of the room is theirs.
+constexpr double kCoarsestTrees = 4, kFluxStep = 1.25;
 
 struct RebuiltLeaf {
   SdTreeLeaf leaf;
@@ -155,20 +161,22 @@ std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics
   const SdTreeOptions& options = tree.options();
   double split_threshold = options.spatial_threshold * std::sqrt(samples_per_pixel / 4);
   double flux_threshold = options.flux_threshold;
+  const double coarsest = std::min(kCoarsestTrees * flux_threshold, 1.0);
 
   // Rebuild every leaf; coarser where the result would not fit.
   std::vector<RebuiltLeaf> leaves(tree.leaf_count());
   const std::vector<Reconstruction> reconstructions =
       Reconstructions(tree, reconstruction.value_or(options.reconstruction));
-  for (;;) {
+  for (bool trees_turn = false;; trees_turn = !trees_turn) {
     ParallelFor(tree.leaf_count(), [&](uint32_t leaf) {
       leaves[leaf] = RebuildLeaf(tree, statistics, leaf, reconstructions[leaf], flux_threshold, split_threshold);
     });
     if (NodesAfterSplits(leaves) <= static_cast<double>(options.max_nodes)) break;
-    if (flux_threshold < 1) {
-      flux_threshold *= 2;
-    } else if (split_threshold < 1e18) {
+    const bool splits = std::ranges::any_of(leaves, [](const RebuiltLeaf& leaf) { return leaf.splits > 0; });
+    if (splits && (!trees_turn || flux_threshold >= coarsest)) {
       split_threshold *= 2;
+    } else if (flux_threshold < 1) {
+      flux_threshold *= splits ? 2 : kFluxStep;
     } else {
       break;  // kept distributions of leaves without records: no larger than they were
     }

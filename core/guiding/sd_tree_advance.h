@@ -3,8 +3,9 @@
 // Deterministic and in double. Steps: rebuild each D-tree from its sums, splitting and collapsing by flux_threshold;
 // learn each leaf's BSDF fraction; split spatial leaves; set the scale of the next records. Deviation from the paper: a
 // leaf with fewer than min_records records, or with none that carried light, keeps its previous distribution, where the
-// paper's becomes uniform (docs/decisions/0002-exact-sums.md). Where the trees would exceed max_nodes, flux_threshold
-// doubles until they fit.
+// paper's becomes uniform (docs/decisions/0002-exact-sums.md). Where the trees would exceed max_nodes, the thresholds
+// of the iteration rise until they fit: that of leaves and flux_threshold double in turn, the latter to four times its
+// option at most while any leaf splits; once none does, it rises alone.
 #pragma once
 
 #include <memory>

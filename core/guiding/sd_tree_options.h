@@ -44,9 +44,9 @@ struct SdTreeOptions {
   bool learn_nee = false;    // learn the share of vertices that sample a light, per leaf
   float min_records = 128;  // a leaf with fewer records keeps its previous distribution; 1 is the papers' behaviour but
                             // for empty leaves
-  uint64_t max_nodes =
-      uint64_t{1}
-      << 22;  // of all directional trees together (16 bytes each, 64 more in every accumulator that touches them)
+  // Of all directional trees together (16 bytes each, 64 more in every accumulator that touches them). What would be
+  // beyond is left out: fewer leaves split, and trees are up to four times as coarse (sd_tree_advance.h).
+  uint64_t max_nodes = uint64_t{1} << 22;
 
   static SdTreeOptions Recommended();  // what docs/decisions/0014-sd-tree-defaults.md found best
   static SdTreeOptions Paper2017();

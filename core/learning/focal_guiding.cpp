@@ -12,7 +12,8 @@ namespace {
 // Paths that an iteration traces where its passes are not given: enough for the masses of a thousand voxels.
 constexpr uint64_t kPathsPerIteration = uint64_t{1} << 18;
 
-// Together, training iterations take at most half of the samples per pixel that were asked for.
+// Together, training iterations take at most half of the samples per pixel that were asked for. Where that is less than
+// one pass each, the loop ends training early.
 uint64_t AutomaticPasses(const JobSpec& job, const Survey& survey, uint32_t iterations) {
   uint64_t passes = std::bit_floor(std::clamp<uint64_t>(kPathsPerIteration / survey.pixels(), 1, 64));
   if (job.budget.spp > 0) passes = std::min(passes, std::max<uint64_t>(1, job.budget.spp / (2 * uint64_t{iterations})));
@@ -86,7 +87,11 @@ std::shared_ptr<const State> FocalMethod::Initial() const {
 }
 
 std::shared_ptr<const State> FocalMethod::ParseState(std::string_view bytes) const {
-  return std::make_shared<FocalState>(FocalField::Parse(bytes));
+  auto field = FocalField::Parse(bytes);
+  if (!(field->options() == options_.field))
+    throw Error(ErrorKind::kConflict,
+                "a focal guiding state was made with other options than its job's; submit the job again");
+  return std::make_shared<FocalState>(std::move(field));
 }
 
 std::unique_ptr<Statistics> FocalMethod::NewStatistics(const std::shared_ptr<const State>& state) const {

@@ -57,7 +57,8 @@ MethodEntry GridMethod::Entry() {
           {"prior", "a number from 0 to 1000", "10",
            "what the directions around say of an entry counts as this many records of its own; 0: nothing, as in "
            "the document"},
-          {"exploration", "an integer from 1 to 1000", "1", "first steps that sample at random, by the BSDF"},
+          {"exploration", "an integer from 1 to 1000, no more than steps", "1",
+           "first steps that sample at random, by the BSDF. Where steps is auto, all of them at most"},
           {"batch", "an integer from 1 to 4096", "8", "passes between updates of the table. The document's value"},
           {"steps", "auto | an integer from 0 to 100000", "auto",
            "updates of the table. auto: 16, and no more than a quarter of the samples per pixel that were asked "
@@ -94,8 +95,14 @@ GridMethod::GridMethod(const JobSpec& job, const Survey& survey) : bounds_(surve
   options_.grid.Validate();
   options_.exploration = static_cast<uint32_t>(given.Integer("exploration", 1, 1000));
   options_.batch = static_cast<uint64_t>(given.Integer("batch", 1, 4096));
-  options_.steps = given.Text("steps") == "auto" ? AutomaticSteps(job, options_.batch)
-                                                 : static_cast<uint32_t>(given.Integer("steps", 0, 100000));
+  const bool automatic = given.Text("steps") == "auto";
+  options_.steps =
+      automatic ? AutomaticSteps(job, options_.batch) : static_cast<uint32_t>(given.Integer("steps", 0, 100000));
+  // After the last step there is to be guiding.
+  if (options_.steps > 0 && options_.exploration > options_.steps) {
+    if (!automatic) given.Refuse("exploration");
+    options_.exploration = options_.steps;
+  }
 }
 
 std::shared_ptr<const State> GridMethod::Initial() const {
@@ -103,7 +110,11 @@ std::shared_ptr<const State> GridMethod::Initial() const {
 }
 
 std::shared_ptr<const State> GridMethod::ParseState(std::string_view bytes) const {
-  return std::make_shared<GridState>(RadianceGrid::Parse(bytes));
+  auto grid = RadianceGrid::Parse(bytes);
+  if (!(grid->options() == options_.grid))
+    throw Error(ErrorKind::kConflict,
+                "a grid guiding state was made with other options than its job's; submit the job again");
+  return std::make_shared<GridState>(std::move(grid));
 }
 
 std::unique_ptr<Statistics> GridMethod::NewStatistics(const std::shared_ptr<const State>& state) const {

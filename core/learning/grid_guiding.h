@@ -37,7 +37,7 @@ class GridMethod final : public Method {
     NeeMode nee = NeeMode::kAlways;
     Combination combination = Combination::kInverseVariance;
     float bsdf_fraction = 0.5f;
-    uint32_t exploration = 1;  // steps that are not guided yet
+    uint32_t exploration = 1;  // steps that are not guided yet; at most `steps` where there are any
     uint64_t batch = 8;        // passes of a step
     uint32_t steps = 0;
   };
@@ -59,7 +59,7 @@ class GridMethod final : public Method {
   // With a memo: that it is biased, and by how much.
   std::string Explain(const State& state) const override;
   std::map<std::string, std::string> DecidedOptions() const override {
-    return {{"steps", std::to_string(options_.steps)}};
+    return {{"exploration", std::to_string(options_.exploration)}, {"steps", std::to_string(options_.steps)}};
   }
   Combination combination() const override { return options_.combination; }
 

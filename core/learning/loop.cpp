@@ -17,8 +17,8 @@ constexpr double kUnknown = std::numeric_limits<double>::infinity();
 constexpr uint64_t kMinPassesForErrorStop = 16;
 // A picture without any noise has most likely met no light yet.
 constexpr uint64_t kMinPassesForNoError = 1024;
-// The same for the variances of iterations: from the fourth on (8 passes).
-constexpr uint32_t kMinIterationForAutomatic = 3;
+// The same for the variances of iterations.
+constexpr uint64_t kMinPassesForAutomatic = 8;
 // Measuring takes time, and neighbouring points tell little: one for every five per cent more passes (two where the
 // error ends the job), 200 in all.
 constexpr double kPointSpacing = 1.05, kPointSpacingByError = 1.02;
@@ -210,6 +210,8 @@ bool Loop::EndsTraining(uint32_t next) const {
   const uint64_t after = method_->IterationPasses(*state_, next + 1);
   const uint64_t two_doublings = passes + (after > 0 ? after : 2 * passes);
   if (SppBudget() - passes_ < two_doublings) return true;
+  // Iterations that grow more slowly could still take more than half. What a race renders is no training.
+  if (method_->candidates() == 1 && 2 * (passes_ + passes) > SppBudget()) return true;
   if (next == 0) return false;
 
   const double seconds_per_pass = iteration_seconds_ / static_cast<double>(iteration_passes_);
@@ -220,7 +222,7 @@ bool Loop::EndsTraining(uint32_t next) const {
     const double needed = static_cast<double>(combined_->passes) * error_ / job_.budget.error;
     if (needed < static_cast<double>(two_doublings)) return true;
   }
-  if (method_->combination() == Method::Combination::kAutomatic && iteration_ >= kMinIterationForAutomatic &&
+  if (method_->combination() == Method::Combination::kAutomatic && iteration_passes_ >= kMinPassesForAutomatic &&
       previous_prediction_ > 0) {
     return PredictedVariance() >= previous_prediction_;
   }

@@ -65,9 +65,9 @@ using MethodFactory = std::function<std::unique_ptr<Method>(const JobSpec&, cons
 // Iterations. Those before the last train: they have as many passes as the method says, and what they recorded advances
 // the state. The last one only renders and takes what the budget still gives. When training ends is decided at
 // iteration ends and stored: after JobSpec::training_iterations, or the method's own number; else when the next
-// iteration would leave less than half of the budget (by spp: less than the next two doublings together; by time and
-// error: predicted) to the last one; and for Combination::kAutomatic once the predicted final variance stops falling
-// (Mueller et al. 2017, section 5.3).
+// iteration would leave less than half of the budget to the last one (by spp, also where less than the next two
+// doublings together is left; by time and error: predicted; a race between methods may take more); and for
+// Combination::kAutomatic once the predicted final variance stops falling (Mueller et al. 2017, section 5.3).
 class Loop {
  public:
   struct Hooks {

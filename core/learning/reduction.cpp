@@ -41,7 +41,13 @@ void RoundReduction::Cover(TreeNode node) {
 RoundReduction::Outcome RoundReduction::Commit(std::span<const TreeNode> nodes, std::string_view bytes) {
   if (Refuses(nodes)) return Outcome::kCovered;
   ReceivedContribution received = ReadContribution(grid_, round_, nodes, bytes);
-  if (received.statistics) AddStatistics(method_, state_, *received.statistics, &merged_.statistics);
+  if (received.statistics) {
+    AddStatistics(method_, state_, *received.statistics, &merged_.statistics);
+  } else if (round_.record && (merged_.statistics || method_.NewStatistics(state_))) {
+    // Units that met nothing send sums of nothing.
+    throw Error(ErrorKind::kCorrupt, "contribution of " + nodes.front().ToString() +
+                                         " carries no statistics, but something is learned from its round");
+  }
   merged_.Merge(std::move(received.rest));
   for (const TreeNode node : nodes) Cover(node);
   return Outcome::kCommitted;

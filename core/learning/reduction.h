@@ -17,8 +17,9 @@ class RoundReduction {
   // kCovered: some of its units are there already, so all of it is dropped; those that are missing stay so.
   enum class Outcome { kCommitted, kCovered };
   // `bytes`: from SerializeContribution(). Statistics are added straight to those that are there. Throws and changes
-  // nothing: Error(kCorrupt) for anything that is not a contribution of exactly these nodes, kInvalidInput for a node
-  // that the round does not have, kConflict for bytes of another version and for statistics of another state.
+  // nothing: Error(kCorrupt) for anything that is not a contribution of exactly these nodes, and where statistics are
+  // missing that the round is to learn from; kInvalidInput for a node that the round does not have; kConflict for bytes
+  // of another version and for statistics of another state.
   Outcome Commit(std::span<const TreeNode> nodes, std::string_view bytes);
 
   bool Covered(TreeNode node) const;  // all of it

@@ -98,6 +98,31 @@ TEST(PixelFilter, KnownValues) {
   EXPECT_NEAR(PixelFilter::Evaluate(gaussian, {0, 0}), Sqr(0.7978846f - 0.0088637f), 1e-5);
 }
 
+TEST(PixelFilter, GaussiansOfAnyWidthAreWeighted) {
+  struct Limit {
+    float sigma;
+    double second_moment;  // of one axis, in squares of the radius
+  };
+  // Of a parabola, and of a point in the middle.
+  for (const auto& [sigma, second_moment] :
+       {Limit{1e4f, 0.2}, Limit{1e30f, 0.2}, Limit{1e-3f, 0}, Limit{1e-5f, 0}, Limit{1e-30f, 0}}) {
+    const PixelFilter::Parameters f{.kind = Kind::kGaussian, .radius_x = 1.5f, .radius_y = 2, .sigma = sigma};
+    const PixelFilter filter(f);
+    constexpr int kSamples = 100000;
+    double weight = 0, xx = 0, yy = 0;
+    for (int i = 0; i < kSamples; ++i) {
+      const FilterSample s = filter.Sample(Uniform(i));
+      ASSERT_TRUE(std::isfinite(s.weight)) << sigma;
+      weight += s.weight / kSamples;
+      xx += s.weight * Sqr(s.offset.x / f.radius_x) / kSamples;
+      yy += s.weight * Sqr(s.offset.y / f.radius_y) / kSamples;
+    }
+    EXPECT_NEAR(weight, 1, 1e-3) << sigma;
+    EXPECT_NEAR(xx, second_moment, 5e-3) << sigma;
+    EXPECT_NEAR(yy, second_moment, 5e-3) << sigma;
+  }
+}
+
 TEST(PixelFilter, NegativeLobesCarryTheirSign) {
   const PixelFilter filter({.kind = Kind::kMitchell, .radius_x = 2, .radius_y = 2});
   int negative = 0;

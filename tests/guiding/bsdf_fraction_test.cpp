@@ -172,6 +172,13 @@ TEST(BsdfFraction, FewRecordsStayNearThePrevious) {
   EXPECT_NEAR(SolveBsdfFraction(one, 0.5f, 64), 0.5, 0.02);
 }
 
+TEST(BsdfFraction, RecordsWithoutWeightSayNothing) {
+  FractionSums sums;
+  for (int i = 0; i < 1000; ++i) sums.Add(Loss::kVariance, 1e-10f, 1, 0.5f, 1);
+  ASSERT_EQ(sums.count, 1000u);
+  EXPECT_EQ(SolveBsdfFraction(sums, 0.7f, 64), 0.7f);
+}
+
 TEST(BsdfFraction, ExtremesAreFinite) {
   for (Loss loss : {Loss::kKl, Loss::kVariance}) {
     FractionSums sums;

@@ -140,6 +140,8 @@ TEST(Advance, NodesStayUnderTheCap) {
   const auto tree = Train(training, 5);
   EXPECT_LE(tree->node_count(), 1000u);
   EXPECT_GT(tree->leaf_count(), 1u);
+  // And the trees do not flatten: leaves give way as well.
+  EXPECT_GT(tree->node_count(), 10 * tree->leaf_count());
 }
 
 using Loss = SdTreeOptions::BsdfFractionLoss;

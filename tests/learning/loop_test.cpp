@@ -79,6 +79,19 @@ TEST(Loop, IterationsDoubleAndTheLastTakesAtLeastHalf) {
   }
 }
 
+TEST(Loop, IterationsThatGrowSlowlyLeaveHalfToTheLastToo) {
+  for (const char* method : {"sdtree+focal", "focal"}) {
+    for (const uint64_t spp : {12, 16, 75, 100}) {
+      const Outcome run = RunJob(SyntheticJob(method, spp));
+      uint64_t training = 0;
+      for (const Round& round : run.rounds) training += round.record ? round.passes : 0;
+      EXPECT_EQ(run.report.passes, spp);
+      EXPECT_LE(2 * training, spp) << method << " " << spp;
+      EXPECT_GE(4 * training, spp) << method << " " << spp;
+    }
+  }
+}
+
 TEST(Loop, LongIterationsAreCutIntoRounds) {
   JobSpec job = SyntheticJob("sdtree", 1000);
   job.training_iterations = 8;
@@ -396,6 +409,13 @@ TEST(Loop, AutomaticStopsWhenTheVarianceStopsFalling) {
   const int automatic = RunJob(job, {}, SyntheticSurvey(16, 16)).report.training_iterations;
   EXPECT_LT(automatic, by_budget);
   EXPECT_GE(automatic, 4);
+}
+
+// Where iterations grow more slowly, more of them come before one tells its variance.
+TEST(Loop, AutomaticJudgesNoIterationOfFewPasses) {
+  JobSpec job = SyntheticJob("sdtree+focal", 4000);
+  job.options["combine"] = "automatic";
+  EXPECT_GE(RunJob(job, {}, SyntheticSurvey(16, 16)).report.training_iterations, 7);
 }
 
 TEST(Loop, ExtremeImages) {

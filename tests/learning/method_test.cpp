@@ -172,6 +172,27 @@ TEST(SdTreeMethod, StatesOfOtherOptionsAreRefused) {
                 "a guiding state was made with other options than its job's; submit the job again");
 }
 
+TEST(Registry, StatesOfOtherOptionsAreRefused) {
+  struct Case {
+    std::string method, option, value, part;
+  };
+  for (const Case& c : {Case{"focal", "start-depth", "4", "focal"}, Case{"grid", "cells", "4", "grid"},
+                        Case{"sdtree+focal", "start-depth", "4", "focal"}}) {
+    JobSpec job = test::SyntheticJob(c.method, 1);
+    const Bytes state = MakeMethod(job, SyntheticSurvey())->Initial()->Serialize();
+    EXPECT_NO_THROW(MakeMethod(job, SyntheticSurvey())->ParseState(state));
+    job.options[c.option] = c.value;
+    try {
+      MakeMethod(job, SyntheticSurvey())->ParseState(state);
+      ADD_FAILURE() << c.method << ": was read";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kConflict);
+      EXPECT_EQ(error.what(),
+                "a " + c.part + " guiding state was made with other options than its job's; submit the job again");
+    }
+  }
+}
+
 TEST(SdTreeMethod, StatesOfOtherLightsAreRefused) {
   const JobSpec job = test::SyntheticJob("sdtree", 1);
   Survey survey = SyntheticSurvey();
@@ -216,6 +237,26 @@ TEST(GridMethod, MemoSaysThatItIsBiased) {
     EXPECT_TRUE(explain(sampling, false).ends_with("BIASED"));
   }
   EXPECT_EQ(explain("rejection", true), "");
+}
+
+// More exploration than steps would never guide.
+TEST(GridMethod, GuidesAfterItsLastStep) {
+  JobSpec job = test::SyntheticJob("grid", 64);
+  job.options["exploration"] = "5";
+  const GridMethod automatic(job, SyntheticSurvey());
+  EXPECT_EQ(automatic.options().steps, 2u);
+  EXPECT_EQ(automatic.options().exploration, 2u);
+  // As decided, also in a replay that has another budget.
+  job.options = automatic.DecidedOptions();
+  job.budget = {.spp = 1000};
+  const GridMethod replay(job, SyntheticSurvey());
+  EXPECT_EQ(replay.options().steps, 2u);
+  EXPECT_EQ(replay.options().exploration, 2u);
+  EXPECT_EQ(
+      Refusal("grid", {{"steps", "4"}, {"exploration", "5"}}),
+      "option 'exploration' of method 'grid' cannot be '5'; it takes an integer from 1 to 1000, no more than steps");
+  EXPECT_EQ(Refusal("grid", {{"steps", "5"}, {"exploration", "5"}}), "accepted");
+  EXPECT_EQ(Refusal("grid", {{"steps", "0"}, {"exploration", "5"}}), "accepted");  // nothing is learned
 }
 
 TEST(PathMethod, HasNothingToLearn) {

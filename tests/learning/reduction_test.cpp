@@ -144,6 +144,35 @@ TEST(Reduction, DamagedStatisticsLeaveNothingBehind) {
   EXPECT_TRUE(SerializeContribution(reduction.Take()) == sound);
 }
 
+// A worker that sends pictures alone would leave the state to learn from the others' units.
+TEST(Reduction, StatisticsMayNotBeMissing) {
+  const Loop loop(test::SyntheticJob("sdtree", 8), test::SyntheticSurvey(90, 50));
+  const TileGrid grid(90, 50);
+  const Round round{1, 0, 1, 2, grid.tile_count(), true};
+  RoundReduction reduction(loop.method(), loop.state(), grid, round);
+  const auto commit = [&](uint32_t unit, bool with_statistics) {
+    Contribution part = test::RenderUnit(loop.job(), loop.method(), loop.state(), grid, round, unit);
+    if (!with_statistics) part.statistics.reset();
+    const TreeNode node{0, unit};
+    return reduction.Commit({&node, 1}, SerializeContribution(part));
+  };
+  for (const uint32_t unit : {0u, 1u}) {  // without others' and with them
+    try {
+      commit(unit, false);
+      ADD_FAILURE() << "was taken";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kCorrupt);
+    }
+    EXPECT_EQ(reduction.committed_units(), unit);
+    EXPECT_EQ(commit(unit, true), Outcome::kCommitted);
+  }
+  // A method that learns nothing has none in a round that records either.
+  const auto path = MakeMethod(test::SyntheticJob("path", 1), test::SyntheticSurvey());
+  RoundReduction plain(*path, path->Initial(), TileGrid(TileGrid::kTileSize, 1), {0, 0, 0, 1, 1, true});
+  const TreeNode only{0, 0};
+  EXPECT_EQ(plain.Commit({&only, 1}, SerializeContribution(TileOnly(0, 1))), Outcome::kCommitted);
+}
+
 // What a checkpoint holds of a round: several nodes in one contribution.
 TEST(Reduction, GoesOnFromTheBytesOfSeveralNodes) {
   const Loop loop(test::SyntheticJob("sdtree", 8), test::SyntheticSurvey(90, 50));
