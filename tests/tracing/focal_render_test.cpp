@@ -53,7 +53,8 @@ TEST(FocalRenderTest, ThePinholeIsTheDensestPlace) {
   JobSpec job;
   job.method = "focal";
   job.options = {{"initial-iterations", "5"}, {"narrowing-iterations", "10"}, {"passes", "64"}};
-  job.budget.spp = 1088;  // two iterations' passes are left for the picture
+  job.budget.spp = 1088;
+  job.training_iterations = 15;  // all of them, though little is left for the picture
   job.resolution_x = 32;
   job.resolution_y = 24;
   job.seed = 1;
@@ -90,6 +91,7 @@ TEST(FocalRenderTest, ImagesLieBehindMirrors) {
   job.method = "focal";
   job.options["passes"] = "4";
   job.budget.spp = 64;
+  job.training_iterations = 12;
   job.seed = 1;
   const CompiledJob compiled = CompileJob(ParsePbrtText(kMirror, "mirror.pbrt", "."), job);
   for (const char* images : {"on", "off"}) {
