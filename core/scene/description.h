@@ -156,7 +156,9 @@ struct BilinearMesh {
 struct AreaLightDescription {
   Rgb radiance;  // scale and exposure applied
   bool two_sided = false;
-  float power = 0;  // > 0: the radiance is scaled so that the whole light emits this many watts (luminous, Y)
+  // > 0: watts (luminous, Y) that the whole light would emit were its radiance of luminance 1; the radiance multiplies
+  // it
+  float power = 0;
   SourceLocation where;
 };
 struct ShapeDescription {

@@ -1,6 +1,6 @@
 // Lights. Strengths follow pbrt-v4: an rgb spectrum is taken as it is, any other spectrum has the luminance 1; "scale"
-// multiplies; "power" and "illuminance" replace the spectrum's own strength (luminance-weighted), and "scale"
-// multiplies them as well.
+// multiplies. "power" and "illuminance" are what a spectrum of luminance 1 gives: an rgb multiplies them as it does the
+// light, and so does "scale".
 #include <cmath>
 
 #include "core/math/elementary.h"
@@ -18,7 +18,7 @@ Rgb WithStrength(PbrtParams& params, Rgb spectrum, std::string_view name, float 
   const PbrtParam& param = *params.Find(name, {"float"});
   if (!(*wanted > 0)) params.Fail(param, "must be greater than 0");
   if (!(Luminance(spectrum) > 0)) params.Fail(param, "needs a spectrum that is not black");
-  return spectrum * (scale * *wanted / (emitted * Luminance(spectrum)));
+  return spectrum * (scale * *wanted / emitted);
 }
 
 float Cosine(float degrees) {
@@ -35,12 +35,14 @@ void PbrtBuilder::AreaLightSource(const Token& directive) {
   AreaLightDescription light;
   light.where = directive.where();
   const float scale = params.NonNegativeFloat("scale", 1);
-  light.radiance = LightSpectrum(params, "L") * scale;
+  const Rgb spectrum = LightSpectrum(params, "L");
+  light.radiance = spectrum * scale;
   light.two_sided = params.Bool("twosided", false);
   if (const auto power = params.FindFloat("power")) {
     const PbrtParam& param = *params.Find("power", {"float"});
     if (!(*power > 0)) params.Fail(param, "must be greater than 0");
-    if (scale > 0 && !(Luminance(light.radiance) > 0)) params.Fail(param, "needs a spectrum that is not black");
+    if (!(Luminance(spectrum) > 0)) params.Fail(param, "needs a spectrum that is not black");
+    light.radiance = spectrum;
     light.power = *power * scale;
   }
   params.Refuse({"filename"}, "light from an image is not");

@@ -13,10 +13,10 @@ namespace {
   throw Error(kind, where.ToString() + ": " + why);
 }
 
-// The emission's radiance, scaled so that the whole light, of this area, gives `power` watts (luminous, Y).
+// The emission's radiance times what gives `power` watts (luminous, Y) at luminance 1 from the whole light, of this
+// area.
 Rgb RadianceOfPower(const LightTable::Emission& emission, float power, double area) {
-  return emission.radiance *
-         static_cast<float>(power / (double(kPi) * area * (emission.two_sided ? 2 : 1) * Luminance(emission.radiance)));
+  return emission.radiance * static_cast<float>(power / (double(kPi) * area * (emission.two_sided ? 2 : 1)));
 }
 
 }  // namespace

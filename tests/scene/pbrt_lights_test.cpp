@@ -25,6 +25,7 @@ TEST(PbrtLights, AreaLight) {
   EXPECT_TRUE(Area("\"bool twosided\" true").two_sided);
   EXPECT_EQ(Area("\"float power\" 100").power, 100);
   EXPECT_EQ(Area("\"float power\" 100 \"float scale\" .5").power, 50);
+  EXPECT_EQ(Area("\"float power\" 100 \"float scale\" .5 \"rgb L\" [1 2 3]").radiance, Rgb(1, 2, 3));
 }
 
 TEST(PbrtLights, SpectraOtherThanRgbHaveUnitLuminance) {
@@ -41,8 +42,10 @@ TEST(PbrtLights, Point) {
   EXPECT_EQ(plain.intensity, Rgb(1));
   EXPECT_EQ(plain.from, (Vec3{0, 0, 0}));
   EXPECT_EQ(Made<PointLight>("\"point\" \"rgb I\" [1 2 3] \"float scale\" 2").intensity, Rgb(2, 4, 6));
-  // All of the power, over the whole sphere, whatever the spectrum's own strength.
-  EXPECT_NEAR(4 * kPi * Luminance(Made<PointLight>("\"point\" \"float power\" 60 \"rgb I\" [3 1 2]").intensity), 60,
+  // All of the power, over the whole sphere. As in pbrt-v4 an rgb multiplies it; any other spectrum has luminance 1.
+  ExpectRgb(Made<PointLight>("\"point\" \"float power\" 60 \"rgb I\" [3 1 2]").intensity,
+            Rgb(3, 1, 2) * (60 / (4 * kPi)), 1e-4f);
+  EXPECT_NEAR(4 * kPi * Luminance(Made<PointLight>("\"point\" \"float power\" 60 \"blackbody I\" 3000").intensity), 60,
               1e-3);
   const auto moved = ParseWorld("Translate 1 2 3 LightSource \"point\" \"point3 from\" [1 1 1]");
   EXPECT_EQ(Get<PointLight>(moved.lights.at(0).kind).from, (Vec3{2, 3, 4}));
@@ -87,8 +90,8 @@ TEST(PbrtLights, Distant) {
                                          .kind);
   EXPECT_NEAR(sun.to_light.y, -1, 1e-6);
   EXPECT_NEAR(Luminance(sun.radiance), 2, 1e-5);
-  EXPECT_NEAR(Luminance(Made<DistantLight>("\"distant\" \"float illuminance\" 1000 \"rgb L\" [4 2 1]").radiance), 1000,
-              1e-2);
+  ExpectRgb(Made<DistantLight>("\"distant\" \"float illuminance\" 1000 \"rgb L\" [4 2 1]").radiance,
+            Rgb(4000, 2000, 1000), 1e-2f);
 }
 
 TEST(PbrtLights, Infinite) {
