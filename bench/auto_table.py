@@ -14,7 +14,8 @@ Methods take turns within a seed. A machine that grows slower from one run to th
 asks for --at-once: so many methods run side by side, each on its part of the cores, and share what the machine does.
 
 An error estimated from variances is too small where a method has not met the light at all. A picture that is darker than
-another method's (mean of its PNG below nine tenths) is therefore marked * and measured against the best of the others.
+another method's (mean of its PNG below nine tenths) is therefore marked * and measured against the best of the others;
+not one of fewer than 64 samples a pixel, which clipping darkens by its noise alone.
 """
 import argparse
 import concurrent.futures
@@ -59,7 +60,7 @@ def measure_what_missed_light(lodestar, results):
     found = [r for r in results.values() if r]
     brightest = max((r["brightness"] for r in found), default=0)
     for result in found:
-        result["missed"] = result["brightness"] < 0.9 * brightest
+        result["missed"] = result["brightness"] < 0.9 * brightest and result["spp"] >= 64
     best = min((r for r in found if not r["missed"]), key=lambda r: r["error"], default=None)
     for result in found:
         if result["missed"]:
