@@ -30,13 +30,9 @@
 #include "core/learning/loop.h"
 #include "core/learning/path_tracing.h"
 #include "core/scene/pbrt_parser.h"
-#include "core/tracing/focal_guide.h"
-#include "core/tracing/grid_guide.h"
 #include "core/tracing/local_executor.h"
-#include "core/tracing/mixed_guide.h"
-#include "core/tracing/path_kernel.h"
-#include "core/tracing/sd_tree_guide.h"
 #include "core/tracing/tracer.h"
+#include "core/tracing/visit_guide.h"
 
 namespace lodestar {
 namespace {
@@ -108,10 +104,10 @@ struct Directions {
 };
 
 template <class Guide>
-Directions Watch(const Scene& scene, NeeMode nee, const Guide& guide) {
+Directions Watch(const Scene& scene, NextEvent next_event, const Guide& guide) {
   PathSettings settings;
   settings.max_depth = scene.max_depth();
-  settings.next_event = SampledLights(scene, nee, 0);
+  settings.next_event = next_event;
   const PathKernel<kRecord | kEnvironment | kTextures | kSpecular, Guide> kernel(scene, settings, guide);
   PathCounters counters;
   std::vector<PathVertex> vertices;
@@ -139,31 +135,12 @@ Directions Watch(const Scene& scene, NeeMode nee, const Guide& guide) {
 
 // None for path tracing; where methods race, of the one that was chosen.
 Directions Watch(const CompiledJob& compiled, const Variant& v) {
-  const std::unique_ptr<Method> job_method = MakeMethod(v.job, compiled.survey);
-  const Method::Active active = job_method->ActiveUnder(v.state);
-  const Scene& scene = *compiled.scene;
-  const auto nee_of = [](const SdTreeMethod& method, const SdTree& tree) {
-    return UsesNee(method.options().nee, tree.iteration()) ? NeeMode::kAlways : NeeMode::kNever;
-  };
-  if (const auto* grid = dynamic_cast<const GridMethod*>(active.method)) {
-    const auto state = std::dynamic_pointer_cast<const GridState>(active.state);
-    return Watch(scene, grid->options().nee, GridGuide(state->grid(), grid->options()));
-  }
-  if (const auto* focal = dynamic_cast<const FocalMethod*>(active.method)) {
-    const auto state = std::dynamic_pointer_cast<const FocalState>(active.state);
-    return Watch(scene, focal->options().nee, FocalGuide(state));
-  }
-  if (const auto* tree = dynamic_cast<const SdTreeMethod*>(active.method)) {
-    const auto state = std::dynamic_pointer_cast<const SdTreeState>(active.state);
-    const NeeMode nee = nee_of(*tree, state->tree());
-    if (tree->options().product) return Watch(scene, nee, SdTreeGuide<true>(state, tree->options().learn));
-    return Watch(scene, nee, SdTreeGuide<false>(state, tree->options().learn));
-  }
-  if (const auto* mixed = dynamic_cast<const MixedMethod*>(active.method)) {
-    const auto state = std::dynamic_pointer_cast<const MixedState>(active.state);
-    return Watch(scene, nee_of(mixed->tree(), state->tree()->tree()), MixedGuide(state, mixed->tree().options().learn));
-  }
-  return {};
+  const std::unique_ptr<Method> method = MakeMethod(v.job, compiled.survey);
+  return VisitGuide(*compiled.scene, *method, v.state,
+                    [&]<class Guide>(const Guide& guide, const PathSettings& settings) {
+                      if constexpr (Guide::kGuides) return Watch(*compiled.scene, settings.next_event, guide);
+                      return Directions{};
+                    });
 }
 
 double Sum(const std::vector<double>& values) {

@@ -2,6 +2,8 @@
 
 #include <charconv>
 #include <iostream>
+#include <type_traits>
+#include <utility>
 
 #include "client/guide_pictures.h"
 #include "client/guide_table.h"
@@ -9,10 +11,7 @@
 #include "client/local_render.h"
 #include "client/values.h"
 #include "core/base/check.h"
-#include "core/tracing/focal_guide.h"
-#include "core/tracing/grid_guide.h"
-#include "core/tracing/mixed_guide.h"
-#include "core/tracing/sd_tree_guide.h"
+#include "core/tracing/visit_guide.h"
 
 namespace lodestar {
 namespace {
@@ -170,33 +169,24 @@ Technique TechniqueOf(Guide guide) {
   };
 }
 
-Technique GuideOf(const Method& method, const std::shared_ptr<const State>& state) {
-  if (const auto mixed = std::dynamic_pointer_cast<const MixedState>(state))
-    return TechniqueOf(MixedGuide(mixed, dynamic_cast<const MixedMethod&>(method).tree().options().learn));
-  if (const auto grid = std::dynamic_pointer_cast<const GridState>(state))
-    return TechniqueOf(GridGuide(grid->grid(), dynamic_cast<const GridMethod&>(method).options()));
-  if (const auto focal = std::dynamic_pointer_cast<const FocalState>(state)) return TechniqueOf(FocalGuide(focal));
-  const auto sd_tree = std::dynamic_pointer_cast<const SdTreeState>(state);
-  LODESTAR_CHECK(sd_tree != nullptr);
-  const SdTreeMethod::Options& options = dynamic_cast<const SdTreeMethod&>(method).options();
-  if (options.product) return TechniqueOf(SdTreeGuide<true>(sd_tree, options.learn));
-  return TechniqueOf(SdTreeGuide<false>(sd_tree, options.learn));
-}
-
 // How the two techniques sample at a surface: the BSDF's density, and paths of each.
 void DrawTechniques(const Method& method, const std::shared_ptr<const State>& state, const GuideView& view,
                     PictureFolder* out) {
   const SurfaceHit& hit = *view.point->surface;
   out->DrawDensity("bsdf", "BSDF sampling at this surface",
                    [&](Vec3 w) { return hit.bsdf.Evaluate(hit.wo, hit.si.shading.ToLocal(w)).pdf; });
-  if (const auto* grid = dynamic_cast<const GridState*>(state.get())) {
-    const GridGuide guide(grid->grid(), dynamic_cast<const GridMethod&>(method).options());
-    const auto local = guide.At(hit.si, hit.bsdf, hit.wo);
-    if (local.bsdf_fraction < 1)
-      out->DrawDensity("guide", "guided directions at this surface", [&](Vec3 w) { return guide.Pdf(local, w); });
-  }
-  DrawRays("rays-bsdf", "paths by the BSDF", view, SampleBsdf, out);
-  DrawRays("rays-guide", "paths by the guide", view, GuideOf(method, state), out);
+  VisitGuide(*view.scene, method, state, [&]<class Guide>(Guide guide, const PathSettings&) {
+    if constexpr (Guide::kGuides) {
+      // The other guides' densities are among their own pictures.
+      if constexpr (std::is_same_v<Guide, GridGuide>) {
+        const auto local = guide.At(hit.si, hit.bsdf, hit.wo);
+        if (local.bsdf_fraction < 1)
+          out->DrawDensity("guide", "guided directions at this surface", [&](Vec3 w) { return guide.Pdf(local, w); });
+      }
+      DrawRays("rays-bsdf", "paths by the BSDF", view, SampleBsdf, out);
+      DrawRays("rays-guide", "paths by the guide", view, TechniqueOf(std::move(guide)), out);
+    }
+  });
 }
 
 // The point on one line.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <map>
 
 #include "core/base/check.h"
@@ -250,6 +251,8 @@ AutoMethod::Results AutoMethod::Measure(const IterationResult& result) const {
 
 double AutoMethod::MostGrowth(const Parts& parts, uint32_t c) const {
   const Candidate& candidate = candidates_[c];
+  // What is for scenes whose light is hardly found gains by orders of magnitude once it has.
+  if (candidate.worth_above > 0) return std::numeric_limits<double>::infinity();
   const AutoState::Entrant& entrant = parts.entrants[c];
   uint32_t left = 0;
   double growth = kMostGrowth;  // of one more, of probation

@@ -3,18 +3,12 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <utility>
 
-#include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/base/threads.h"
-#include "core/learning/focal_guiding.h"
-#include "core/learning/path_tracing.h"
-#include "core/tracing/focal_guide.h"
-#include "core/tracing/grid_guide.h"
-#include "core/tracing/mixed_guide.h"
-#include "core/tracing/path_kernel.h"
 #include "core/tracing/path_tracer.h"
-#include "core/tracing/sd_tree_guide.h"
+#include "core/tracing/visit_guide.h"
 
 namespace lodestar {
 namespace {
@@ -45,15 +39,6 @@ std::optional<SurfaceHit> ThroughMirrors(const Scene& scene, std::optional<Surfa
     at = NextSurface(scene, {Scene::OffsetOrigin(at->si, wi), wi, kInfinity}, depth + 1, sampler);
   }
   return at;
-}
-
-template <class Guide>
-SharesAt SharesFrom(Guide guide, NextEvent next_event) {
-  return [guide = std::move(guide), next_event](const SurfaceHit& hit) -> TechniqueShares {
-    const auto local = guide.At(hit.si, hit.bsdf, hit.wo);
-    const float shares[] = {0, 1, local.nee_probability};  // by NextEvent
-    return {local.bsdf_fraction, shares[static_cast<size_t>(next_event)]};
-  };
 }
 
 void RenderRow(const Scene& scene, const PixelFilter& filter, uint64_t seed, const SharesAt& shares, uint32_t y,
@@ -101,41 +86,14 @@ std::optional<SurfaceHit> FirstSmoothSurface(const Scene& scene, const CameraRay
   return ThroughMirrors(scene, FirstSurface(scene, ray, sampler), sampler);
 }
 
-SharesAt SharesOf(const Scene& scene, const Method& job_method, const std::shared_ptr<const State>& job_state) {
-  const Method::Active active = job_method.ActiveUnder(job_state);
-  const Method& method = *active.method;
-  const std::shared_ptr<const State>& state = active.state;
-  if (const auto* path = dynamic_cast<const PathMethod*>(&method)) {
-    const float nee = SampledLights(scene, path->options().nee, 0) == NextEvent::kNone ? 0.0f : 1.0f;
-    return [nee](const SurfaceHit&) { return TechniqueShares{1, nee}; };
-  }
-  if (const auto* guided = dynamic_cast<const SdTreeMethod*>(&method)) {
-    auto sd_tree = std::dynamic_pointer_cast<const SdTreeState>(state);
-    LODESTAR_CHECK(sd_tree);
-    const NextEvent next_event = SampledLights(scene, guided->options().nee, sd_tree->tree().iteration());
-    if (guided->options().product) return SharesFrom(SdTreeGuide<true>(sd_tree, guided->options().learn), next_event);
-    return SharesFrom(SdTreeGuide<false>(sd_tree, guided->options().learn), next_event);
-  }
-  if (const auto* mixed = dynamic_cast<const MixedMethod*>(&method)) {
-    auto both = std::dynamic_pointer_cast<const MixedState>(state);
-    LODESTAR_CHECK(both);
-    const SdTreeMethod::Options& options = mixed->tree().options();
-    return SharesFrom(MixedGuide(both, options.learn),
-                      SampledLights(scene, options.nee, both->tree()->tree().iteration()));
-  }
-  if (const auto* focal = dynamic_cast<const FocalMethod*>(&method)) {
-    auto field = std::dynamic_pointer_cast<const FocalState>(state);
-    LODESTAR_CHECK(field);
-    return SharesFrom(FocalGuide(field), SampledLights(scene, focal->options().nee, 0));
-  }
-  if (const auto* grid = dynamic_cast<const GridMethod*>(&method)) {
-    auto table = std::dynamic_pointer_cast<const GridState>(state);
-    LODESTAR_CHECK(table);
-    return SharesFrom(GridGuide(table->grid(), grid->options()), SampledLights(scene, grid->options().nee, 0));
-  }
-  throw Error(ErrorKind::kUnsupported,
-              "how method '" + std::string(method.name()) +
-                  "' shares its samples out cannot be shown yet; leave out bsdf-fraction and nee");
+SharesAt SharesOf(const Scene& scene, const Method& method, const std::shared_ptr<const State>& state) {
+  return VisitGuide(scene, method, state, [](auto guide, const PathSettings& settings) -> SharesAt {
+    return [guide = std::move(guide), next_event = settings.next_event](const SurfaceHit& hit) -> TechniqueShares {
+      const auto local = guide.At(hit.si, hit.bsdf, hit.wo);
+      const float shares[] = {0, 1, local.nee_probability};  // by NextEvent
+      return {local.bsdf_fraction, shares[static_cast<size_t>(next_event)]};
+    };
+  });
 }
 
 Features RenderFeatures(const Scene& scene, uint64_t seed, const SharesAt& shares, int threads) {

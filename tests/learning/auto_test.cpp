@@ -283,6 +283,16 @@ TEST(Auto, FocalGuidingRacesWherePathTracingHardlyFindsTheLight) {
   EXPECT_GT(twilight.parts().entrants[2].passes, 0u);
 }
 
+// Before focal guiding has narrowed it may look worse than path tracing by any factor.
+TEST(Auto, FocalGuidingIsJudgedAtTheEndOfItsPilot) {
+  Driver driver("path,sdtree,focal");
+  driver.Step(3000);
+  while (driver.active() == "focal" && driver.parts().entrants[1].iterations < 9) driver.Step(300000);
+  ASSERT_EQ(driver.active(), "focal");
+  driver.Race({{"path", 3000}, {"sdtree", 3000}, {"focal", 20}});
+  EXPECT_EQ(driver.active(), "focal");
+}
+
 // A small picture and many candidates: more than forty iterations in the pilots, and who came first is still compared.
 TEST(Auto, ARaceOfManyIterationsForgetsNobody) {
   Driver driver("path,sdtree,product,grid,focal", 40, 24);
