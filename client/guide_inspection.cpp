@@ -11,6 +11,7 @@
 #include "client/local_render.h"
 #include "client/values.h"
 #include "core/base/check.h"
+#include "core/learning/report_json.h"
 #include "core/tracing/visit_guide.h"
 
 namespace lodestar {

@@ -7,7 +7,7 @@
 #include "client/progress.h"
 #include "core/base/stop.h"
 #include "core/learning/guide_file.h"
-#include "core/learning/report_json.h"
+#include "core/learning/loop.h"
 #include "core/tracing/tracer.h"
 
 namespace lodestar {

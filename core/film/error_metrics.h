@@ -20,8 +20,8 @@ double RelativeEpsilon(double mean_luminance);
 // Throws Error(kInvalidInput) where the sizes differ or a pixel of either is not finite (naming it).
 ErrorMetrics Compare(const Image& image, const Image& reference);
 // Expected relMSE of the image from the variances of its pixels: mean(variance / (luminance^2 + eps)), and
-// TrimmedVariance of that; infinity for an image without variances. The luminance is the mean over 3x3 pixels: a pixel's own is
-// correlated with its variance (a firefly raises both), which hides up to all of the error above 1.
+// TrimmedVariance of that; infinity for an image without variances. The luminance is the mean over 3x3 pixels: a
+// pixel's own is correlated with its variance (a firefly raises both), which hides up to all of the error above 1.
 struct EstimatedError {
   double relmse = 0, relmse_trimmed = 0;
 };

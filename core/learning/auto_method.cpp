@@ -41,7 +41,7 @@ const std::vector<Racer>& Racers() {
       {"path", Make<PathMethod>, {}, 1.6, 1, 1, 0},
       // Pays where hardly a sample in a thousand meets the light, with the settings for pinholes
       // (docs/decisions/0010-focal-guiding.md). It shows nothing before it has narrowed for some iterations. Where it
-      // is tried it leads by far, so it is tried early: who comes after it is soon hopeless.
+      // is tried it may lead by so much that who comes after it need not be.
       {"focal", Make<FocalMethod>, {{"initial-iterations", "5"}, {"narrowing-iterations", "10"}}, 3.4, 10, 3, 1000},
       {"sdtree", Make<SdTreeMethod>, {}, 2.5, 2, 3, 0},
       {"radiance", Make<SdTreeMethod>, {{"target", "radiance"}}, 2.5, 2, 3, 0},

@@ -88,9 +88,7 @@ std::shared_ptr<const State> FocalMethod::Initial() const {
 
 std::shared_ptr<const State> FocalMethod::ParseState(std::string_view bytes) const {
   auto field = FocalField::Parse(bytes);
-  if (!(field->options() == options_.field))
-    throw Error(ErrorKind::kConflict,
-                "a focal guiding state was made with other options than its job's; submit the job again");
+  CheckOptions(field->options(), options_.field, "a focal guiding state");
   return std::make_shared<FocalState>(std::move(field));
 }
 

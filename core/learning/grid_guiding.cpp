@@ -111,9 +111,7 @@ std::shared_ptr<const State> GridMethod::Initial() const {
 
 std::shared_ptr<const State> GridMethod::ParseState(std::string_view bytes) const {
   auto grid = RadianceGrid::Parse(bytes);
-  if (!(grid->options() == options_.grid))
-    throw Error(ErrorKind::kConflict,
-                "a grid guiding state was made with other options than its job's; submit the job again");
+  CheckOptions(grid->options(), options_.grid, "a grid guiding state");
   return std::make_shared<GridState>(std::move(grid));
 }
 

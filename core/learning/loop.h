@@ -84,7 +84,7 @@ class Loop {
   // Throws as the constructor does, and takes none of that memory.
   static uint64_t FilmBytes(const JobSpec& job, const Survey& survey);
   // From Checkpoint(); throws Error(kCorrupt) or (kConflict) on bytes of another version.
-  static std::unique_ptr<Loop> Restore(std::string_view checkpoint, const MethodFactory& make_method = MakeMethod);
+  static std::unique_ptr<Loop> Restore(std::string_view checkpoint);
 
   // Runs to the budget or to a stop request (which leaves the loop at the last round's edge; Run() again goes on from
   // there). Time is the executor's by `clock`, merging and advancing included, hooks and error measurement not. What

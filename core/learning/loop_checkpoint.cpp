@@ -65,11 +65,11 @@ class LoopCheckpoint {
     return Seal(std::move(out));
   }
 
-  static std::unique_ptr<Loop> Read(std::string_view bytes, const MethodFactory& make_method) {
+  static std::unique_ptr<Loop> Read(std::string_view bytes) {
     ByteReader in(OpenSealed(bytes, kMagic, kVersion, kWhat), kWhat);
     const JobSpec job = JobSpec::Parse(in.GetString());
     const Survey survey = Survey::Parse(in.GetString());
-    auto loop = std::make_unique<Loop>(job, survey, make_method);
+    auto loop = std::make_unique<Loop>(job, survey);
     loop->state_ = loop->method_->ParseState(in.GetString());
     ReadPosition(in, loop.get());
     ReadFilms(in, loop.get());
@@ -166,8 +166,8 @@ Bytes Loop::Checkpoint() const {
   return LoopCheckpoint::Write(*this);
 }
 
-std::unique_ptr<Loop> Loop::Restore(std::string_view checkpoint, const MethodFactory& make_method) {
-  return LoopCheckpoint::Read(checkpoint, make_method);
+std::unique_ptr<Loop> Loop::Restore(std::string_view checkpoint) {
+  return LoopCheckpoint::Read(checkpoint);
 }
 
 }  // namespace lodestar

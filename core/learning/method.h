@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/base/error.h"
 #include "core/base/health.h"
 #include "core/film/film.h"
 #include "core/learning/job.h"
@@ -45,6 +46,13 @@ const T& As(const Base& base) {
   const auto* cast = dynamic_cast<const T*>(&base);
   LODESTAR_CHECK(cast != nullptr);
   return *cast;
+}
+// Throws Error(kConflict) where a state that was read, `what`, has other options than its job gives it.
+template <class Options>
+void CheckOptions(const Options& of_state, const Options& of_job, const char* what) {
+  if (!(of_state == of_job))
+    throw Error(ErrorKind::kConflict,
+                std::string(what) + " was made with other options than its job's; submit the job again");
 }
 
 // The result of some node of a round's tree: the tiles of its units, and what they learned. Absent parts are absent,

@@ -28,9 +28,7 @@ std::shared_ptr<const State> SdTreeMethod::Initial() const {
 
 std::shared_ptr<const State> SdTreeMethod::ParseState(std::string_view bytes) const {
   auto state = SdTreeState::Parse(bytes);
-  if (!(state->tree().options() == options_.tree))
-    throw Error(ErrorKind::kConflict,
-                "a guiding state was made with other options than its job's; submit the job again");
+  CheckOptions(state->tree().options(), options_.tree, "a guiding state");
   if (!std::ranges::equal(state->tree().lights_by_power(),
                           SdTree::Initial(bounds_, options_.tree, light_groups_)->lights_by_power()))
     throw Error(ErrorKind::kConflict, "a guiding state was made for other lights than its job's; submit the job again");
