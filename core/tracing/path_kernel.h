@@ -158,6 +158,9 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
   // its fluence and albedo.
   const bool by_contribution = kGuided && settings_.roulette != Roulette::kThroughput;
   float expected = by_contribution && settings_.roulette == Roulette::kPixel ? pixel : 0;
+  // What the rest of the path should add, as the guide has it at the last vertex with smooth lobes: what comes through
+  // glass is bright for the reason that its direction was chosen. 0: not known.
+  float contribution = 0;
   // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
   float previous_pdf = 0;
   float previous_nee = 1;  // the share of light samples at the vertex it came from, and the lights that they chose
@@ -298,21 +301,28 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     beta *= weight;
     // Refraction scales radiance by the square of the relative index; survival must not depend on that (as pbrt).
     roulette_beta *= weight * (eta * eta);
-    if constexpr (kGuided) roulette_beta *= delta ? at.bsdf_fraction : bsdf_pdf > 0 ? pdf / bsdf_pdf : 1.0f;
+    if constexpr (kGuided) {
+      roulette_beta *= delta ? at.bsdf_fraction : bsdf_pdf > 0 ? pdf / bsdf_pdf : 1.0f;
+      if (delta) {
+        contribution *= Luminance(weight) * (eta * eta);
+      } else {
+        const bool known = by_contribution && guide_pdf > 0 && guide_.Fluence(at) > 0;
+        contribution = known ? Luminance(beta) * guide_.Radiance(at, wi, guide_pdf) : 0;
+      }
+    }
     ++depth;
 
     if (depth >= settings_.roulette_start) {
       float survival = MaxComponent(roulette_beta);
       if constexpr (kGuided) {
-        if (expected > 0 && guide_pdf > 0 && guide_.Fluence(at) > 0) {
-          survival = SurvivalByContribution(Luminance(beta) * guide_.Radiance(at, wi, guide_pdf), expected);
-        }
+        if (expected > 0 && contribution > 0) survival = SurvivalByContribution(contribution, expected);
       }
       const float survivor = RouletteWeight(survival, u_mix.x);
       if constexpr (kRecording) vertices->back().roulette = survivor;
       if (survivor == 0) break;
       beta *= survivor;
       roulette_beta *= survivor;
+      contribution *= survivor;
     }
     previous_pdf = delta ? 0 : pdf;
     previous_nee = at.nee_probability;
