@@ -97,6 +97,15 @@ class PathKernel {
   };
   DirectSample DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, double u_light,
                            Vec2 u, PathCounters* counters) const;
+  // The next direction and its densities; weight = f cos / pdf, black where the path ends.
+  struct Scattering {
+    Rgb weight;
+    Vec3 wi;
+    float pdf = 0, bsdf_pdf = 0, guide_pdf = 0, eta = 1, alpha = 1;
+    bool delta = false;
+  };
+  Scattering Scatter(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_technique,
+                     Vec2 u, PathCounters* counters) const;
 
   const SceneT& scene_;
   const PathSettings settings_;
@@ -144,23 +153,68 @@ inline auto PathKernel<kFeatures, Guide, SceneT>::DirectLight(const SurfaceInter
 }
 
 template <unsigned kFeatures, class Guide, class SceneT>
+inline auto PathKernel<kFeatures, Guide, SceneT>::Scatter(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo,
+                                                          const Local& local, float u_technique, Vec2 u,
+                                                          PathCounters* counters) const -> Scattering {
+  constexpr bool kGuided = Guide::kGuides;
+  Scattering next;
+  if (!kGuided || u_technique < local.bsdf_fraction) {
+    const float u_lobe = kGuided ? std::min(u_technique / local.bsdf_fraction, kOneMinusEpsilon) : u_technique;
+    const auto sample = bsdf.Sample(wo, u_lobe, u);
+    if (!sample) return next;
+    next = {.weight = sample->weight,
+            .wi = si.shading.ToWorld(sample->wi),
+            .pdf = sample->pdf,
+            .bsdf_pdf = sample->pdf,
+            .eta = sample->eta,
+            .alpha = sample->alpha,
+            .delta = (kFeatures & kSpecular) != 0 && sample->delta};
+    if constexpr (kGuided) {
+      if (local.bsdf_fraction < 1) {
+        if (next.delta) {
+          next.pdf *= local.bsdf_fraction;
+          next.weight *= 1 / local.bsdf_fraction;
+        } else {
+          next.guide_pdf = guide_.Pdf(local, next.wi);
+          next.pdf = MixturePdf(local, next.bsdf_pdf, next.guide_pdf);
+          next.weight *= next.bsdf_pdf / next.pdf;
+        }
+      }
+    }
+  } else if constexpr (kGuided) {
+    const GuidedSample sample =
+        guide_.Sample(local, u, (u_technique - local.bsdf_fraction) / (1 - local.bsdf_fraction));
+    const Vec3 local_wi = si.shading.ToLocal(sample.w);
+    const BsdfValue value = bsdf.Evaluate(wo, local_wi);
+    next.wi = sample.w;
+    next.guide_pdf = sample.pdf;
+    next.bsdf_pdf = value.pdf;
+    next.eta = bsdf.EtaAcross(wo, local_wi);
+    if constexpr ((kFeatures & kRecord) != 0) {
+      if constexpr (Guide::kUsesAlpha) next.alpha = bsdf.AlphaAt(wo, local_wi);
+    }
+    next.pdf = MixturePdf(local, next.bsdf_pdf, next.guide_pdf);
+    if (next.pdf > 0) {
+      next.weight = value.f_cos * (1 / next.pdf);
+    } else {
+      ++counters->zero_pdf;
+    }
+  }
+  return next;
+}
+
+template <unsigned kFeatures, class Guide, class SceneT>
 Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, float pixel, Sampler& sampler,
                                                 PathCounters* counters, std::vector<PathVertex>* vertices) const {
   constexpr bool kGuided = Guide::kGuides, kRecording = (kFeatures & kRecord) != 0;
   constexpr bool kHasTextures = (kFeatures & kTextures) != 0, kHasSpecular = (kFeatures & kSpecular) != 0;
   Ray ray{camera_ray.origin, camera_ray.direction, kInfinity};
   Rgb radiance, beta(1);
-  // What roulette looks at: the throughput this path would have if its directions had come from the BSDFs. A guide
-  // draws directions of much light often, so their throughput is small although their contribution is not: roulette on
-  // it would undo the guiding. Without a guide it is the throughput.
-  Rgb roulette_beta(1);
-  // With a guide: what the pixel may expect; else, once a vertex is met that the guide knows, what that reflects, from
-  // its fluence and albedo.
+  PathRoulette roulette;
+  // With a guide it expects what the pixel may; else, once a vertex is met that the guide knows, what that reflects,
+  // from its fluence and albedo.
   const bool by_contribution = kGuided && settings_.roulette != Roulette::kThroughput;
-  float expected = by_contribution && settings_.roulette == Roulette::kPixel ? pixel : 0;
-  // What the rest of the path should add, as the guide has it at the last vertex with smooth lobes: what comes through
-  // glass is bright for the reason that its direction was chosen. 0: not known.
-  float contribution = 0;
+  if (by_contribution && settings_.roulette == Roulette::kPixel) roulette.expected = pixel;
   // of the direction that led here; 0: a delta lobe or the camera, whose emission counts in full
   float previous_pdf = 0;
   float previous_nee = 1;  // the share of light samples at the vertex it came from, and the lights that they chose
@@ -227,108 +281,58 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       direct = DirectLight(si, bsdf, wo, at, sampler.Refine(u_choice.y), sampler.Next2D(), counters);
     radiance += beta * direct.radiance;
 
-    // The next direction.
-    Rgb weight;
-    Vec3 wi;
-    float pdf = 0, bsdf_pdf = 0, guide_pdf = 0, eta = 1, alpha = 1;
-    bool delta = false;
-    if (!kGuided || u_choice.x < at.bsdf_fraction) {
-      const float u_lobe = kGuided ? std::min(u_choice.x / at.bsdf_fraction, kOneMinusEpsilon) : u_choice.x;
-      if (const auto sample = bsdf.Sample(wo, u_lobe, u_direction)) {
-        wi = si.shading.ToWorld(sample->wi);
-        delta = kHasSpecular && sample->delta;
-        eta = sample->eta;
-        alpha = sample->alpha;
-        bsdf_pdf = sample->pdf;
-        weight = sample->weight;
-        pdf = bsdf_pdf;
-        if constexpr (kGuided) {
-          if (at.bsdf_fraction < 1) {
-            if (delta) {
-              pdf *= at.bsdf_fraction;
-              weight *= 1 / at.bsdf_fraction;
-            } else {
-              guide_pdf = guide_.Pdf(at, wi);
-              pdf = MixturePdf(at, bsdf_pdf, guide_pdf);
-              weight *= bsdf_pdf / pdf;
-            }
-          }
-        }
-      }
-    } else if constexpr (kGuided) {
-      const GuidedSample sample =
-          guide_.Sample(at, u_direction, (u_choice.x - at.bsdf_fraction) / (1 - at.bsdf_fraction));
-      wi = sample.w;
-      const Vec3 local_wi = si.shading.ToLocal(wi);
-      const BsdfValue value = bsdf.Evaluate(wo, local_wi);
-      guide_pdf = sample.pdf;
-      bsdf_pdf = value.pdf;
-      eta = bsdf.EtaAcross(wo, local_wi);
-      if constexpr (kRecording) {
-        if constexpr (Guide::kUsesAlpha) alpha = bsdf.AlphaAt(wo, local_wi);
-      }
-      pdf = MixturePdf(at, bsdf_pdf, guide_pdf);
-      if (pdf > 0) {
-        weight = value.f_cos * (1 / pdf);
-      } else {
-        ++counters->zero_pdf;
-      }
-    }
-    const bool ended = IsBlack(weight);
+    const Scattering next = Scatter(si, bsdf, wo, at, u_choice.x, u_direction, counters);
+    const bool ended = IsBlack(next.weight);
     if constexpr (kRecording) {
       vertices->push_back({.emitted = emitted,
                            .emission_weight = emission_weight,
                            .direct = direct.radiance,
                            .light_group = direct.group,
-                           .weight = weight,
+                           .weight = next.weight,
                            .beta = beta,
                            .distance = hit.t,
-                           .alpha = alpha,
+                           .alpha = next.alpha,
                            .p = si.p,
-                           .wi = wi,
-                           .pdf = pdf,
-                           .bsdf_pdf = bsdf_pdf,
-                           .guide_pdf = guide_pdf,
+                           .wi = next.wi,
+                           .pdf = next.pdf,
+                           .bsdf_pdf = next.bsdf_pdf,
+                           .guide_pdf = next.guide_pdf,
                            .leaf = at.leaf,
                            .smooth = smooth,
-                           .recorded = smooth && !delta && !ended});
+                           .recorded = smooth && !next.delta && !ended});
     }
     if (ended) break;
     if constexpr (kGuided) {
-      if (by_contribution && expected == 0 && at.bsdf_fraction < 1 && guide_.Fluence(at) > 0)
-        expected = Luminance(beta * bsdf.Albedo(wo)) * guide_.Fluence(at) * (0.5f * kInvPi);
+      if (by_contribution && roulette.expected == 0 && at.bsdf_fraction < 1 && guide_.Fluence(at) > 0)
+        roulette.expected = Luminance(beta * bsdf.Albedo(wo)) * guide_.Fluence(at) * (0.5f * kInvPi);
     }
-    beta *= weight;
+    beta *= next.weight;
     // Refraction scales radiance by the square of the relative index; survival must not depend on that (as pbrt).
-    roulette_beta *= weight * (eta * eta);
+    const float eta_squared = next.eta * next.eta;
+    roulette.throughput *= next.weight * eta_squared;
     if constexpr (kGuided) {
-      roulette_beta *= delta ? at.bsdf_fraction : bsdf_pdf > 0 ? pdf / bsdf_pdf : 1.0f;
-      if (delta) {
-        contribution *= Luminance(weight) * (eta * eta);
+      if (next.delta) {
+        roulette.throughput *= at.bsdf_fraction;
+        roulette.contribution *= Luminance(next.weight) * eta_squared;
       } else {
-        const bool known = by_contribution && guide_pdf > 0 && guide_.Fluence(at) > 0;
-        contribution = known ? Luminance(beta) * guide_.Radiance(at, wi, guide_pdf) : 0;
+        if (next.bsdf_pdf > 0) roulette.throughput *= next.pdf / next.bsdf_pdf;
+        const bool known = by_contribution && next.guide_pdf > 0 && guide_.Fluence(at) > 0;
+        roulette.contribution = known ? Luminance(beta) * guide_.Radiance(at, next.wi, next.guide_pdf) : 0;
       }
     }
     ++depth;
 
     if (depth >= settings_.roulette_start) {
-      float survival = MaxComponent(roulette_beta);
-      if constexpr (kGuided) {
-        if (expected > 0 && contribution > 0) survival = SurvivalByContribution(contribution, expected);
-      }
-      const float survivor = RouletteWeight(survival, u_mix.x);
+      const float survivor = roulette.Survive(u_mix.x);
       if constexpr (kRecording) vertices->back().roulette = survivor;
       if (survivor == 0) break;
       beta *= survivor;
-      roulette_beta *= survivor;
-      contribution *= survivor;
     }
-    previous_pdf = delta ? 0 : pdf;
+    previous_pdf = next.delta ? 0 : next.pdf;
     previous_nee = at.nee_probability;
     previous_lights = at.lights;
     previous_p = si.p;
-    ray = {Scene::OffsetOrigin(si, wi), wi, kInfinity};
+    ray = {Scene::OffsetOrigin(si, next.wi), next.wi, kInfinity};
   }
   return radiance;
 }
