@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """How close `auto` comes to the best method that could have been forced, scene by scene.
 
-    bench/auto_table.py 20s scenes/*.pbrt ../shared/scenes/*/*.pbrt
+    bench/auto_table.py 20s scenes/*.pbrt SCENES/veach-ajar/veach-ajar.pbrt
     bench/auto_table.py 300s --seeds 3 --at-once 2 --methods sdtree --output out/auto-300 scenes/corridor.pbrt
 
 Runs `lodestar compare` for each scene, seed and method, and prints a Markdown table: estimated trimmed relMSE of each

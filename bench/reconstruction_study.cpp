@@ -88,12 +88,16 @@ std::vector<Setting> Settings(const std::string& study) {
                 Paper("full, native", "full", "native"),
                 Paper("switching", "switching", "none"),
                 Paper("switching, dense", "switching", "dense-unlimited"),
+                Paper("switching, dense, sigma 1", "switching", "dense-unlimited"),
                 Paper("switching, native", "switching", "native"),
                 Paper("radiance", "radiance", "none"),
                 Paper("radiance, native", "radiance", "native"),
                 Default("defaults, not reconstructed", {{"reconstruction", "none"}}),
                 Default("defaults, dense", {{"reconstruction", "dense"}}),
+                Default("defaults, dense, sigma 1", {{"reconstruction", "dense"}}),
                 Default("defaults", {})};
+    for (Setting& setting : settings)
+      if (setting.name.ends_with("sigma 1")) setting.options["dense-sigma"] = "1";
   } else if (study == "sigma") {
     settings.push_back(Paper("switching", "switching", "none"));
     for (const char* sigma : {"0.3", "0.5", "0.8", "1"}) {

@@ -65,17 +65,17 @@ MethodEntry SdTreeMethod::Entry() {
            "smoothing of the trees: as the 2023 document does, on matrices, within its limit on the cost or without; "
            "or on the trees, with a strength found by cross-validation. Default native (recommended); papers none"},
           {"dense-sigma", "a number from 0.1 to 3", preset,
-           "width of dense reconstruction's Gaussian, in cells of a layer. Default 0.5"},
+           "width of dense reconstruction's Gaussian, in cells of a layer. Default 0.5; up to 1 where trees are noisy"},
           {"product", "on | off", preset,
            "draw directions from the product of tree and BSDF (Diolatzis et al. 2020); for target radiance, as the "
-           "others contain the BSDF. Default and papers off; pays on glossy scenes"},
+           "others contain the BSDF. Default and papers off; less error a sample, at up to twice the time"},
           {"learn", "all | weighted | indirect", preset,
            "what a vertex records of a source that it meets and that its light samples find as well: all of it; its "
            "share by multiple importance sampling; nothing. Default and papers weighted"},
           {"roulette", "throughput | contribution | pixel", preset,
            "what decides on a path's survival: its throughput, as without guiding; what the tree expects it to add, "
-           "against what its first vertex expects; the same against the pixel's estimate (Vorba and Krivanek 2016). "
-           "Default pixel (recommended); 2017 and 2019 throughput"},
+           "against what its first vertex expects; the same against the pixel's estimate (ADRRS, Vorba and Krivanek "
+           "2016, without splitting). Default pixel (recommended); 2017 and 2019 throughput"},
           {"combine", "discard | automatic | inverse-variance", preset,
            "how iterations become the image: the longest alone; the same, and training stops once the predicted "
            "final variance stops falling; all by their variance. Default and 2019 inverse-variance (recommended), 2017 "

@@ -203,7 +203,8 @@ std::string SceneNeeds::NotNeeded() const {
   };
   add({{environment, "environment"}, {BsdfsAtHits(), "textures and mixes"}, {delta_lobes, "delta lobes"}},
       "the path kernel");
-  add({{alpha, "alpha"}}, "the intersector");
+  add({{alpha, "alpha"}, {instances, "instances"}, {quadrics, "quadrics"}}, "the intersector");
+  add({{lens, "lens"}}, "camera rays");
   add({{Lights(), "light samples"}}, "all paths");
   add({{Guidable(), "guiding"}}, "method 'auto'");
   return text.empty() ? "nothing" : text;

@@ -143,7 +143,7 @@ TEST(Program, InspectSaysWhatTheSceneHolds) {
   EXPECT_EQ(json["needs"], "smooth-lobes area-lights");
   const std::string not_needed =
       "environment, textures and mixes, delta lobes (left out of the path kernel); "
-      "alpha (left out of the intersector)";
+      "alpha, instances, quadrics (left out of the intersector); lens (left out of camera rays)";
   EXPECT_EQ(json["not_needed"], not_needed);
   EXPECT_THAT(RunLodestar({"inspect", scene}).out,
               AllOf(HasSubstr("triangles   4"), HasSubstr("not needed  " + not_needed + "\n"),
@@ -151,7 +151,8 @@ TEST(Program, InspectSaysWhatTheSceneHolds) {
   const std::string mirrors = folder.Write(
       "mirrors.pbrt", R"(WorldBegin LightSource "infinite" Material "dielectric" Shape "sphere" "float radius" [1])");
   EXPECT_EQ(Json(RunLodestar({"inspect", mirrors, "--json"}))["not_needed"],
-            "textures and mixes (left out of the path kernel); alpha (left out of the intersector); "
+            "textures and mixes (left out of the path kernel); alpha, instances (left out of the intersector); "
+            "lens (left out of camera rays); "
             "guiding (left out of method 'auto')");
 }
 

@@ -404,14 +404,22 @@ TEST(SceneNeeds, SayWhatIsLeftOut) {
   b.Add(Flat());
   EXPECT_EQ(b.Compile()->needs().NotNeeded(),
             "environment, textures and mixes, delta lobes (left out of the path kernel); "
-            "alpha (left out of the intersector); light samples (left out of all paths); "
+            "alpha, instances, quadrics (left out of the intersector); lens (left out of camera rays); "
+            "light samples (left out of all paths); "
             "guiding (left out of method 'auto')");
   b.d.materials.push_back({"glass", DielectricMaterial{1.5f, {}}, {}});
   b.Add(SphereShape{1}).material = 1;
   b.AddLight(InfiniteLight{Rgb(1), ""});
   EXPECT_EQ(b.Compile()->needs().NotNeeded(),
-            "textures and mixes (left out of the path kernel); alpha (left out of the intersector)");
-  SceneNeeds all{.textures = true, .alpha = true, .environment = true, .delta_lobes = true};
+            "textures and mixes (left out of the path kernel); alpha, instances (left out of the intersector); "
+            "lens (left out of camera rays)");
+  SceneNeeds all{.textures = true,
+                 .alpha = true,
+                 .environment = true,
+                 .delta_lobes = true,
+                 .instances = true,
+                 .quadrics = true,
+                 .lens = true};
   EXPECT_EQ(all.NotNeeded(), "nothing");
   // Light, and nothing that guiding could turn towards it.
   all.smooth_lobes = false;
