@@ -171,7 +171,7 @@ TEST(Program, ARenderWritesItsFilesAndOneJsonDocument) {
   EXPECT_LT(json["result"]["seconds_compiling"], 60);
   EXPECT_EQ(json["scene"]["not_needed"],
             "environment, textures and mixes, delta lobes (left out of the path kernel); "
-            "alpha (left out of the intersector)");
+            "alpha, instances, quadrics (left out of the intersector); lens (left out of camera rays)");
   EXPECT_EQ(json["health"]["total"], 0);
   EXPECT_FALSE(json["points"].empty());
   for (const char* kind : {"image", "png", "csv", "json"})
