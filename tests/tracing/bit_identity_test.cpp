@@ -157,7 +157,7 @@ TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
 // Whatever a method learns, makes of it and samples by.
 TEST(BitIdentityTest, NorUnderOtherOptions) {
   std::vector<JobSpec> jobs;
-  for (const test::Options& options : test::GuidedCombinations()) jobs.push_back(GuidedJob("sdtree", options));
+  for (const auto& [options, scene] : test::GuidedCombinations()) jobs.push_back(GuidedJob("sdtree", options));
   for (const char* learn : {"all", "weighted", "indirect"})
     jobs.push_back(GuidedJob("sdtree", {{"learn", learn}, {"reconstruction", "dense-unlimited"}, {"training", "5"}}));
   for (const char* learn : {"monte-carlo", "sarsa", "expected-sarsa"})
