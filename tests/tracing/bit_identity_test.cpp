@@ -72,8 +72,8 @@ void ExpectSameImage(const Image& a, const Image& b) {
 TEST(BitIdentityTest, ThreadsDoNotShow) {
   for (const JobSpec& job : GuidedJobs()) {
     SCOPED_TRACE(Text(job));
-    for (const std::string& text :
-         {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text, test::kSmallScenes[5].text}) {
+    for (const std::string& text : {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[1].text,
+                                    test::kSmallScenes[2].text, test::kSmallScenes[5].text}) {
       const test::Rendered one = test::RenderText(text, job, 1);
       for (const int threads : {2, 5}) {
         const test::Rendered many = test::RenderText(text, job, threads);
@@ -152,6 +152,12 @@ void ExpectSameShuffled(const CompiledJob& compiled, const JobSpec& job, uint32_
 TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
   for (const JobSpec& job : GuidedJobs())
     ExpectSameShuffled(CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job), job, 4);
+}
+
+// Lobes that the product looks up in its table.
+TEST(BitIdentityTest, NorInAProductOfGlossyLobes) {
+  const JobSpec job = GuidedJob("sdtree", {{"product", "on"}});
+  ExpectSameShuffled(CompileJob(ParsePbrtText(test::kSmallScenes[1].text, "test.pbrt", "."), job), job, 4);
 }
 
 // Whatever a method learns, makes of it and samples by.
