@@ -45,6 +45,31 @@ TEST_P(FarmOfWorkers, GivesTheBitsOfOneProcess) {
   }
 }
 
+// Lobes that the product looks up in its table; the box has none.
+TEST_F(FarmTest, AProductOfGlossyLobesGivesTheBitsOfOneProcess) {
+  StartCoordinator();
+  StartWorker();
+  StartWorker({}, 2);
+  const auto file = folder_.path() / "scene" / "glossy.pbrt";
+  std::ofstream(file) << std::string(kBoxScene) + R"(
+AttributeBegin
+  Translate 0.5 1.2 -0.4
+  Material "conductor" "float roughness" [ 0.2 ]
+  Shape "sphere" "float radius" [ 0.3 ]
+AttributeEnd
+)";
+  const SceneBundle glossy = BundleScene({file.string(), (folder_.path() / "scene" / "block.pbrt").string()});
+  JobSubmission submission;
+  submission.name = "glossy";
+  submission.spec = BoxJob("sdtree", 32);
+  submission.spec.options = {{"product", "on"}};
+  submission.scene = client().Upload(glossy);
+  const auto id = client().SubmitJob(submission);
+  const auto status = Finish(id);
+  ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
+  ExpectBits(client(), id, RenderHere(glossy, submission.spec));
+}
+
 TEST_F(FarmTest, ALenientJobRendersAndListsWhatItLeftOut) {
   StartCoordinator();
   StartWorker();

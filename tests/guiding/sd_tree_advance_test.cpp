@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
 #include <tuple>
+#include <vector>
 
-#include "tests/guiding/synthetic.h"
+#include "tests/guiding/recorded_tree.h"
 
 namespace lodestar {
 namespace {
@@ -130,6 +132,57 @@ TEST_P(AdvanceByTarget, RadianceOfAnyScaleLearnsTheSame) {
     const double mean = static_cast<double>(tree->leaf(0).mean_flux) * tree->radiance_scale();
     EXPECT_GT(mean, 0.2);
     EXPECT_LT(mean, 5);
+  }
+}
+
+// Of the same records: every leaf's tree is what the reconstruction of the options makes of it, and each makes another.
+TEST(Advance, ReconstructsAsTheOptionsSay) {
+  using Reconstruction = SdTreeOptions::Reconstruction;
+  struct Case {
+    Reconstruction reconstruction;
+    float sigma;
+  };
+  const auto lamp = [](Vec3, Vec3 w) { return 0.1f + 100 * Exp(500 * (Dot(Normalize(Vec3{1, 2, 1}), w) - 1)); };
+  std::vector<directional::Tree> results;  // all leaves' nodes
+  for (const Case& c : {Case{Reconstruction::kNone, 0.5f}, Case{Reconstruction::kDense, 0.3f},
+                        Case{Reconstruction::kDense, 2}, Case{Reconstruction::kNative, 0.5f}}) {
+    SCOPED_TRACE("reconstruction " + std::to_string(static_cast<int>(c.reconstruction)) + ", sigma " +
+                 std::to_string(c.sigma));
+    SdTreeOptions options;
+    options.max_spatial_depth = 3;
+    options.max_directional_depth = 9;  // within what the document's limit lets dense take
+    options.reconstruction = c.reconstruction;
+    options.dense_sigma = c.sigma;
+    auto tree = SdTree::Initial(synthetic::UnitCube(), options);
+    const auto record = [&](uint64_t seed) {
+      SdTreeStatistics statistics(tree);
+      uint64_t rng = seed;
+      uint32_t half = 0;
+      for (const SdTreeRecord& r : synthetic::MakeRecords(*tree, lamp, 1, seed, 20000))
+        statistics.Record(r, synthetic::Unit3(rng), half ^= 1);
+      return statistics;
+    };
+    for (uint64_t seed = 1; seed < 5; ++seed) tree = Advance(*tree, record(seed), 4, Reconstruction::kNone);
+    const SdTreeStatistics statistics = record(5);
+    const auto next = Advance(*tree, statistics, 4);
+    ASSERT_EQ(tree->leaf_count(), 8u);
+    ASSERT_EQ(next->leaf_count(), 8u);
+    for (uint32_t leaf = 0; leaf < 8; ++leaf) {
+      ASSERT_GE(tree->leaf(leaf).depth, directional::kMinDenseDepth);
+      const directional::CellMasses masses = RecordedMasses(*tree, statistics, leaf);
+      const auto by_hand = [&] {
+        if (c.reconstruction == Reconstruction::kDense)
+          return directional::ReconstructDense(masses, c.sigma, options.flux_threshold, options.max_directional_depth);
+        if (c.reconstruction == Reconstruction::kNative)
+          return directional::ReconstructNative(masses, options.flux_threshold, options.max_directional_depth);
+        return synthetic::Plain(masses, options.flux_threshold, options.max_directional_depth);
+      };
+      const DirectionalNode* const nodes = next->Tree(leaf);
+      EXPECT_TRUE(synthetic::SameNodes({{nodes, nodes + next->leaf(leaf).node_count}, 0}, by_hand())) << leaf;
+    }
+    const directional::Tree all{{next->Tree(0), next->Tree(0) + next->node_count()}, 0};
+    for (const directional::Tree& other : results) EXPECT_FALSE(synthetic::SameNodes(all, other));
+    results.push_back(all);
   }
 }
 

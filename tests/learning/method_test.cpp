@@ -15,14 +15,6 @@ namespace lodestar {
 namespace {
 
 using test::SyntheticSurvey;
-using Combination = Method::Combination;
-
-SdTreeMethod::Options Parse(std::map<std::string, std::string> options) {
-  JobSpec job;
-  job.method = "sdtree";
-  job.options = std::move(options);
-  return SdTreeMethod(job, SyntheticSurvey()).options();
-}
 
 std::string Refusal(const std::string& method, std::map<std::string, std::string> options) {
   JobSpec job;
@@ -92,41 +84,6 @@ TEST(Registry, EveryDocumentedChoiceIsTaken) {
       }
     }
   }
-}
-
-TEST(SdTreeMethod, PresetsAndOverrides) {
-  EXPECT_EQ(Parse({}).tree, SdTreeOptions::Recommended());
-  EXPECT_EQ(Parse({}).nee, NeeMode::kLearned);
-  EXPECT_EQ(Parse({}).combination, Combination::kInverseVariance);
-  EXPECT_EQ(Parse({}).training, -1);
-  EXPECT_EQ(Parse({{"preset", "2017"}}).tree, SdTreeOptions::Paper2017());
-  EXPECT_EQ(Parse({{"preset", "2017"}}).nee, NeeMode::kNever);
-  EXPECT_EQ(Parse({{"preset", "2017"}}).combination, Combination::kAutomatic);
-  EXPECT_EQ(Parse({{"preset", "2019"}}).tree, SdTreeOptions::Paper2019());
-  EXPECT_EQ(Parse({{"preset", "2019"}}).nee, NeeMode::kKickstart);
-
-  const auto options = Parse({{"preset", "2017"},
-                              {"nee", "always"},
-                              {"combine", "discard"},
-                              {"spatial-filter", "box"},
-                              {"directional-filter", "box"},
-                              {"bsdf-fraction", "0.25"},
-                              {"spatial-threshold", "2e3"},
-                              {"flux-threshold", "0.02"},
-                              {"max-depth", "12"},
-                              {"training", "5"}});
-  EXPECT_EQ(options.nee, NeeMode::kAlways);
-  EXPECT_EQ(options.combination, Combination::kDiscard);
-  EXPECT_EQ(options.tree.spatial_filter, SdTreeOptions::SpatialFilter::kBox);
-  EXPECT_EQ(options.tree.directional_filter, SdTreeOptions::DirectionalFilter::kBox);
-  EXPECT_EQ(options.tree.bsdf_fraction_loss, SdTreeOptions::BsdfFractionLoss::kNone);
-  EXPECT_EQ(options.tree.initial_bsdf_fraction, 0.25f);
-  EXPECT_EQ(options.tree.spatial_threshold, 2000);
-  EXPECT_EQ(options.tree.flux_threshold, 0.02f);
-  EXPECT_EQ(options.tree.max_directional_depth, 12);
-  EXPECT_EQ(options.training, 5);
-  EXPECT_EQ(Parse({{"bsdf-fraction", "learned-variance"}}).tree.bsdf_fraction_loss,
-            SdTreeOptions::BsdfFractionLoss::kVariance);
 }
 
 TEST(Nee, KickstartEndsAfterThreeIterations) {

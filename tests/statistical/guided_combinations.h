@@ -12,26 +12,40 @@ using Options = std::map<std::string, std::string>;
 
 // Five iterations of training, so that switching reaches its full target, and 16 passes with it.
 inline constexpr uint64_t kCombinationSpp = 47;
-// Taking one combination in two still takes every value of every option.
-inline constexpr int kCombinationShares = 2;
+// Each is rendered in one of so many scenes.
+inline constexpr int kCombinationScenes = 2;
 
-inline std::vector<Options> GuidedCombinations() {
-  std::vector<Options> all;
-  for (const char* target : {"radiance", "simple", "full", "switching"})
-    for (const char* reconstruction : {"none", "dense", "native"})
+struct GuidedCombination {
+  Options options;
+  int scene;
+};
+
+// The scene alternates along every axis, so that every two values of two options meet in every scene; so do the lights,
+// by another pattern.
+inline std::vector<GuidedCombination> GuidedCombinations() {
+  constexpr const char* kTargets[] = {"radiance", "simple", "full", "switching"};
+  constexpr const char* kReconstructions[] = {"none", "dense", "native"};
+  constexpr const char* kNee[] = {"never", "kickstart", "always", "learned"};
+  constexpr const char* kRoulette[] = {"throughput", "contribution", "pixel"};
+  std::vector<GuidedCombination> all;
+  for (int target = 0; target < 4; ++target)
+    for (int reconstruction = 0; reconstruction < 3; ++reconstruction)
       for (const char* product : {"off", "on"})
-        for (const char* nee : {"never", "kickstart", "always", "learned"})
-          for (const char* roulette : {"throughput", "contribution", "pixel"}) {
-            if (std::string(product) == "on" && std::string(target) != "radiance") continue;
-            all.push_back({{"target", target},
-                           {"reconstruction", reconstruction},
-                           {"product", product},
-                           {"nee", nee},
-                           {"roulette", roulette},
-                           {"lights", all.size() / kCombinationShares % 2 ? "learned" : "power"},
-                           {"combine", "discard"},
-                           {"training", "5"},
-                           {"spatial-threshold", "200"}});
+        for (int nee = 0; nee < 4; ++nee)
+          for (int roulette = 0; roulette < 3; ++roulette) {
+            if (std::string(product) == "on" && target != 0) continue;
+            const int scene = (target + reconstruction + nee + roulette) % kCombinationScenes;
+            const bool learned = (target / 2 + reconstruction + nee) % 2 != 0;
+            all.push_back({{{"target", kTargets[target]},
+                            {"reconstruction", kReconstructions[reconstruction]},
+                            {"product", product},
+                            {"nee", kNee[nee]},
+                            {"roulette", kRoulette[roulette]},
+                            {"lights", learned ? "learned" : "power"},
+                            {"combine", "discard"},
+                            {"training", "5"},
+                            {"spatial-threshold", "200"}},
+                           scene});
           }
   return all;
 }

@@ -2,6 +2,9 @@
 // so that the whole matrix fits; guided_mean_test.cpp looks at few combinations closely.
 #include <gtest/gtest.h>
 
+#include <set>
+#include <tuple>
+
 #include "core/base/error.h"
 #include "tests/statistical/guided_combinations.h"
 #include "tests/statistical/image_means.h"
@@ -11,7 +14,7 @@ namespace lodestar {
 namespace {
 
 constexpr int kSeeds = 8, kReferenceSeeds = 32;
-constexpr int kScenes = test::kCombinationShares;
+constexpr int kScenes = test::kCombinationScenes;
 
 using test::Options;
 
@@ -40,13 +43,12 @@ TEST_P(GuidedMatrixTest, NoCombinationMovesTheMean) {
   size.resolution_x = size.resolution_y = 16;
   const CompiledJob compiled = CompileJob(ParsePbrtText(small.text, "test.pbrt", "."), size);
   const test::ImageMeans reference = test::RenderSeeds(compiled, SmallJob("path", {}), kReferenceSeeds, 1000);
-  const std::vector<Options> combinations = test::GuidedCombinations();
-  ASSERT_EQ(combinations.size(), 180u);
-  for (size_t i = static_cast<size_t>(GetParam()); i < combinations.size(); i += kScenes) {
-    const test::ImageMeans guided = test::RenderSeeds(compiled, SmallJob("sdtree", combinations[i]), kSeeds, 1);
+  for (const auto& [options, scene] : test::GuidedCombinations()) {
+    if (scene != GetParam()) continue;
+    const test::ImageMeans guided = test::RenderSeeds(compiled, SmallJob("sdtree", options), kSeeds, 1);
     for (int region = 0; region < test::kRegions; ++region) {
       const test::TestResult result = test::WelchTest(guided[region], reference[region], kLevel);
-      EXPECT_TRUE(result.accepted) << small.name << ", region " << region << ":" << Text(combinations[i]) << ": "
+      EXPECT_TRUE(result.accepted) << small.name << ", region " << region << ":" << Text(options) << ": "
                                    << result.message;
     }
   }
@@ -54,6 +56,16 @@ TEST_P(GuidedMatrixTest, NoCombinationMovesTheMean) {
 
 INSTANTIATE_TEST_SUITE_P(SmallScenes, GuidedMatrixTest, testing::Range(0, kScenes),
                          [](const auto& info) { return std::string(test::kSmallScenes[info.param].name); });
+
+// What ends a path and what samples its lights meet in every scene, with a product and without.
+TEST(GuidedMatrixTest, EveryNeeMeetsEveryRouletteInEveryScene) {
+  const std::vector<test::GuidedCombination> combinations = test::GuidedCombinations();
+  EXPECT_EQ(combinations.size(), 180u);
+  std::set<std::tuple<std::string, std::string, std::string, int>> met;
+  for (const auto& [options, scene] : combinations)
+    met.emplace(options.at("nee"), options.at("roulette"), options.at("product"), scene);
+  EXPECT_EQ(met.size(), 4u * 3 * 2 * kScenes);
+}
 
 // Learned lights where there are many and of every kind, by what shares their decisions: how often lights are sampled,
 // and how directions are.

@@ -72,8 +72,8 @@ void ExpectSameImage(const Image& a, const Image& b) {
 TEST(BitIdentityTest, ThreadsDoNotShow) {
   for (const JobSpec& job : GuidedJobs()) {
     SCOPED_TRACE(Text(job));
-    for (const std::string& text :
-         {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[2].text, test::kSmallScenes[5].text}) {
+    for (const std::string& text : {DuplicateScene(), test::kSmallScenes[0].text, test::kSmallScenes[1].text,
+                                    test::kSmallScenes[2].text, test::kSmallScenes[5].text}) {
       const test::Rendered one = test::RenderText(text, job, 1);
       for (const int threads : {2, 5}) {
         const test::Rendered many = test::RenderText(text, job, threads);
@@ -154,10 +154,16 @@ TEST(BitIdentityTest, OrderLossAndRepetitionDoNotShow) {
     ExpectSameShuffled(CompileJob(ParsePbrtText(DuplicateScene(), "test.pbrt", "."), job), job, 4);
 }
 
+// Lobes that the product looks up in its table.
+TEST(BitIdentityTest, NorInAProductOfGlossyLobes) {
+  const JobSpec job = GuidedJob("sdtree", {{"product", "on"}});
+  ExpectSameShuffled(CompileJob(ParsePbrtText(test::kSmallScenes[1].text, "test.pbrt", "."), job), job, 4);
+}
+
 // Whatever a method learns, makes of it and samples by.
 TEST(BitIdentityTest, NorUnderOtherOptions) {
   std::vector<JobSpec> jobs;
-  for (const test::Options& options : test::GuidedCombinations()) jobs.push_back(GuidedJob("sdtree", options));
+  for (const auto& [options, scene] : test::GuidedCombinations()) jobs.push_back(GuidedJob("sdtree", options));
   for (const char* learn : {"all", "weighted", "indirect"})
     jobs.push_back(GuidedJob("sdtree", {{"learn", learn}, {"reconstruction", "dense-unlimited"}, {"training", "5"}}));
   for (const char* learn : {"monte-carlo", "sarsa", "expected-sarsa"})

@@ -1,6 +1,9 @@
-// What roulette makes of a path that has left a guided vertex through glass.
+// What roulette makes of what a guide expects: at the vertices of a room, and of a path that has left a guided vertex
+// through glass.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/scene/pbrt_parser.h"
@@ -80,6 +83,102 @@ TEST(KernelRoulette, TheMeanIsThatOfOtherExpectations) {
   for (const float radiance : {1e-3f, 0.3f, 1e12f}) {
     const Outcome known = Trace(ExpectingGuide{{}, radiance}, 2);
     EXPECT_NEAR(known.mean, unknown.mean, 4.5 * std::hypot(known.standard_error, unknown.standard_error)) << radiance;
+  }
+}
+
+// Expects the same radiance along every direction, and has another fluence at vertices that face up than at others.
+struct KnowingGuide : CosineGuide {
+  float radiance, fluence_of_floor, fluence_of_roof;
+  float Fluence(const Local& at) const { return at.frame.n.y > 0 ? fluence_of_floor : fluence_of_roof; }
+  float Radiance(const Local&, Vec3, float) const { return radiance; }
+};
+
+constexpr float kFloor = 0.5f, kRoof = 0.8f;  // albedos, below
+
+// How many of the vertices of a depth roulette let go on, and with which weights.
+struct Survival {
+  int vertices = 0, survivors = 0;
+  float least = kInfinity, most = 0;
+};
+// Between two disks so large that paths go up and down: at even depths they are on the floor.
+std::array<Survival, 4> TraceRoom(const PathSettings& settings, float pixel, const KnowingGuide& guide) {
+  const auto scene = Scene::Compile(ParsePbrtText(R"(Film "rgb" "integer xresolution" [8] "integer yresolution" [8]
+LookAt 0 1 -2  0 0 0  0 1 0
+Camera "perspective" "float fov" [20]
+WorldBegin
+LightSource "infinite" "rgb L" [1 1 1]
+Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
+AttributeBegin Rotate -90 1 0 0 Shape "disk" "float radius" [9] AttributeEnd
+Material "diffuse" "rgb reflectance" [0.8 0.8 0.8]
+AttributeBegin Translate 0 2 0 Rotate 90 1 0 0 Shape "disk" "float radius" [9] AttributeEnd
+)",
+                                                  "room.pbrt", "."));
+  const PathKernel<kRecord | kEnvironment, KnowingGuide> kernel(*scene, settings, guide);
+  std::array<Survival, 4> depths;
+  std::vector<PathVertex> path;
+  PathCounters counters;
+  for (uint32_t y = 0; y < 8; ++y)
+    for (uint32_t x = 0; x < 8; ++x)
+      for (uint32_t pass = 0; pass < 200; ++pass) {
+        Sampler sampler(1, x, y, pass);
+        const Vec2 u = sampler.Next2D();
+        const CameraRay ray = scene->camera().Generate({float(x) + u.x, float(y) + u.y}, {});
+        kernel.Trace(ray, pixel, sampler, &counters, &path);
+        for (size_t depth = 0; depth < std::min(path.size(), depths.size()); ++depth) {
+          const PathVertex& vertex = path[depth];
+          if (!vertex.recorded) continue;
+          Survival& survival = depths[depth];
+          ++survival.vertices;
+          if (vertex.roulette == 0) continue;
+          ++survival.survivors;
+          survival.least = std::min(survival.least, vertex.roulette);
+          survival.most = std::max(survival.most, vertex.roulette);
+        }
+      }
+  return depths;
+}
+
+void ExpectSurvival(const Survival& survival, double expected) {
+  ASSERT_GT(survival.vertices, 500);
+  for (const float weight : {survival.least, survival.most}) EXPECT_NEAR(weight, 1 / expected, 1e-3 / expected);
+  EXPECT_NEAR(static_cast<double>(survival.survivors) / survival.vertices, expected,
+              4.5 * std::sqrt(expected * (1 - expected) / survival.vertices));
+}
+
+// With no estimate of the pixel, what the first vertex reflects of its fluence: albedo * fluence / 2 pi.
+TEST(KernelRoulette, TheFirstVertexSaysWhatIsExpected) {
+  const KnowingGuide guide{{}, 0.6f, 20 * kPi, 7};  // the roof's fluence comes second and does not count
+  const PathSettings settings{.next_event = NextEvent::kNone, .roulette_start = 1, .roulette = Roulette::kContribution};
+  const auto depths = TraceRoom(settings, 123, guide);
+  constexpr double kStake = double{kWindow} * kFloor * 10;
+  const double first = kFloor * 0.6 / kStake, second = kFloor * kRoof * 0.6 / first / kStake,
+               third = kFloor * kRoof * kFloor * 0.6 / (first * second) / kStake;
+  ExpectSurvival(depths[0], first);  // 0.6, 0.8, 0.5
+  ExpectSurvival(depths[1], second);
+  ExpectSurvival(depths[2], third);
+}
+
+// One that knows nothing is passed over, and what has been lost up to the next counts there.
+TEST(KernelRoulette, TheFirstVertexThatKnowsSaysWhatIsExpected) {
+  const KnowingGuide guide{{}, 0.6f, 0, 20 * kPi};
+  const PathSettings settings{.next_event = NextEvent::kNone, .roulette_start = 2, .roulette = Roulette::kContribution};
+  const auto depths = TraceRoom(settings, 123, guide);
+  constexpr double kExpected = double{kFloor} * kRoof * 10;
+  ExpectSurvival(depths[1], kFloor * kRoof * 0.6 / (kWindow * kExpected));  // 0.6
+}
+
+TEST(KernelRoulette, LooksAtWhatItsOptionSays) {
+  const KnowingGuide guide{{}, 0.6f, 20 * kPi, 20 * kPi};
+  struct Case {
+    Roulette roulette;
+    float pixel;
+    double survival;
+  };
+  for (const Case& c : {Case{Roulette::kThroughput, 4, kFloor}, Case{Roulette::kContribution, 4, 0.6},
+                        Case{Roulette::kPixel, 4, kFloor * 0.6 / (kWindow * 4)}, Case{Roulette::kPixel, 0, 0.6}}) {
+    SCOPED_TRACE(static_cast<int>(c.roulette));
+    const PathSettings settings{.next_event = NextEvent::kNone, .roulette_start = 1, .roulette = c.roulette};
+    ExpectSurvival(TraceRoom(settings, c.pixel, guide)[0], c.survival);
   }
 }
 
