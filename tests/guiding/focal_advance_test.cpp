@@ -248,6 +248,40 @@ TEST(FocalAdvance, LearnsTheShareOfBsdfSampling) {
   EXPECT_LT(mean, 0.4f);
 }
 
+// In one cell the BSDF leads to the light and the guide does not, in another the guide alone; of the rest is nothing
+// known.
+TEST(FocalAdvance, EveryCellLearnsItsOwnShareOfBsdfSampling) {
+  FocalOptions options;
+  options.learn_fraction = true;
+  FocalParts parts = PartsOf(*FocalField::Initial(kUnit, options));
+  parts.weight = 1;  // something: until then no share is learned
+  const auto field = std::make_shared<const FocalField>(std::move(parts));
+  FocalStatistics statistics(field);
+  const Vec3 by_bsdf{0.1f, 0.3f, 0.3f}, by_guide{0.9f, 0.3f, 0.3f};
+  for (int i = 0; i < 1000; ++i) {
+    FocalRecord r;
+    r.direction = {0, 0, 1};
+    r.distance = 0.2f;
+    r.value = 1;
+    r.pdf = 1.01f;
+    r.position = by_bsdf;
+    r.bsdf_pdf = 2;
+    r.guide_pdf = 0.02f;
+    statistics.Record(r);
+    r.position = by_guide;
+    std::swap(r.bsdf_pdf, r.guide_pdf);
+    statistics.Record(r);
+  }
+  const auto next = Advance(*field, statistics);
+  EXPECT_GT(next->BsdfFraction(by_bsdf), 0.9f);
+  EXPECT_LT(next->BsdfFraction(by_guide), 0.1f);
+  for (uint32_t cell = 0; cell < next->fractions().size(); ++cell) {
+    if (cell != next->CellAt(by_bsdf) && cell != next->CellAt(by_guide)) {
+      EXPECT_EQ(next->fractions()[cell], 0.5f) << cell;
+    }
+  }
+}
+
 TEST(FocalAdvance, ADivergingOctreeFindsWhereDirectionsComeFrom) {
   Training training;
   training.options.diverging = true;
