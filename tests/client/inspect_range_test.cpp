@@ -17,7 +17,7 @@
 namespace lodestar {
 namespace {
 
-constexpr int kAxis = 1;
+constexpr int kAxis = 1;  // of focal-max-y.png
 
 // The picture along kAxis: the pixels of the values, without title and legend.
 std::vector<Rgb> DrawnIn(const std::filesystem::path& folder, const std::string& state, const FloatGrid& grid,
