@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+
 #include "tests/guiding/focal_testing.h"
 
 namespace lodestar {
@@ -22,6 +24,20 @@ double LeafMass(const FocalOctree& octree, Vec3 p) {
     for (int axis = 0; axis < 3; ++axis) octant |= (static_cast<int>(p[axis] * cells) & 1) << axis;
     if (((octree.node(index).inner >> octant) & 1) == 0) return octree.mass(index * 8 + static_cast<uint32_t>(octant));
     index = octree.node(index).Child(octant);
+  }
+}
+
+// Calls visit(slot, node) for every leaf of `before`: the node that it has become in `after`, or nothing.
+template <class Visit>
+void ForLeavesOf(const FocalOctree& before, uint32_t from, const FocalOctree& after, uint32_t to, Visit&& visit) {
+  for (int c = 0; c < 8; ++c) {
+    const bool inner = (after.node(to).inner >> c) & 1;
+    if ((before.node(from).inner >> c) & 1) {
+      ASSERT_TRUE(inner) << "a node has become a leaf";
+      ForLeavesOf(before, before.node(from).Child(c), after, after.node(to).Child(c), visit);
+    } else {
+      visit(from * 8 + static_cast<uint32_t>(c), inner ? std::optional(after.node(to).Child(c)) : std::nullopt);
+    }
   }
 }
 
@@ -73,6 +89,49 @@ TEST(FocalAdvance, SplitsWhatIsHeavyAfterNarrowingIterationsOnly) {
     field = next;
   }
   EXPECT_EQ(field->octrees()[0].depth(), 8);
+}
+
+// A voxel splits for its share of the blended mass, whatever its size.
+TEST(FocalAdvance, SplitsExactlyTheVoxelsAboveTheThreshold) {
+  FocalParts parts = PartsOf(*RandomField(kUnit, 6, 3));
+  parts.iteration = 6;
+  parts.weight = 25000;  // of the order of what is recorded, so that old and new masses both count
+  const auto field = std::make_shared<const FocalField>(std::move(parts));
+  const FocalOptions& options = field->options();
+  ASSERT_TRUE(options.Narrows(field->iteration()) && field->iteration() + 1 < options.iterations());
+  Training training;
+  training.ambient = 1;
+  const FocalStatistics statistics = Recorded(field, training, 9, 2000);
+  const auto next = Advance(*field, statistics);
+  const FocalOctree& before = field->octrees()[0];
+  const FocalOctree& after = next->octrees()[0];
+
+  const auto blended = [&](uint32_t slot) {
+    return options.decay * field->weight() * before.mass(slot) / field->mass() +
+           statistics.sum(slot).Value() / field->radiance_scale();
+  };
+  double total = 0;
+  ForLeavesOf(before, 0, after, 0, [&](uint32_t slot, std::optional<uint32_t>) { total += blended(slot); });
+  struct Level {
+    int kept = 0, split = 0;
+  };
+  std::array<Level, FocalOctree::kMaxDepth + 1> levels;
+  int decided_by_records = 0;
+  ForLeavesOf(before, 0, after, 0, [&](uint32_t slot, std::optional<uint32_t> node) {
+    const double share = blended(slot) / total;
+    const int level = before.node(slot / 8).level;
+    ASSERT_EQ(node.has_value(), share > options.split_threshold) << share << " at level " << level;
+    ++(node ? levels[static_cast<size_t>(level)].split : levels[static_cast<size_t>(level)].kept);
+    decided_by_records += (before.mass(slot) / field->mass() > options.split_threshold) != node.has_value();
+    if (!node) return;
+    EXPECT_EQ(after.node(*node).inner, 0) << "by one level only";
+    for (uint32_t c = 0; c < 8; ++c) EXPECT_NEAR(after.mass(*node * 8 + c), share / 8, 1e-6 * share);
+  });
+  for (const size_t level : {3u, 4u, 5u}) {
+    EXPECT_GT(levels[level].kept, 0) << level;
+    EXPECT_GT(levels[level].split, 0) << level;
+  }
+  EXPECT_GT(decided_by_records, 0);
 }
 
 TEST(FocalAdvance, PruningKeepsTheMassAndCollapsesWhatIsEven) {
@@ -187,6 +246,40 @@ TEST(FocalAdvance, LearnsTheShareOfBsdfSampling) {
   float mean = 0;
   for (const float fraction : field->fractions()) mean += fraction / static_cast<float>(field->fractions().size());
   EXPECT_LT(mean, 0.4f);
+}
+
+// In one cell the BSDF leads to the light and the guide does not, in another the guide alone; of the rest is nothing
+// known.
+TEST(FocalAdvance, EveryCellLearnsItsOwnShareOfBsdfSampling) {
+  FocalOptions options;
+  options.learn_fraction = true;
+  FocalParts parts = PartsOf(*FocalField::Initial(kUnit, options));
+  parts.weight = 1;  // something: until then no share is learned
+  const auto field = std::make_shared<const FocalField>(std::move(parts));
+  FocalStatistics statistics(field);
+  const Vec3 by_bsdf{0.1f, 0.3f, 0.3f}, by_guide{0.9f, 0.3f, 0.3f};
+  for (int i = 0; i < 1000; ++i) {
+    FocalRecord r;
+    r.direction = {0, 0, 1};
+    r.distance = 0.2f;
+    r.value = 1;
+    r.pdf = 1.01f;
+    r.position = by_bsdf;
+    r.bsdf_pdf = 2;
+    r.guide_pdf = 0.02f;
+    statistics.Record(r);
+    r.position = by_guide;
+    std::swap(r.bsdf_pdf, r.guide_pdf);
+    statistics.Record(r);
+  }
+  const auto next = Advance(*field, statistics);
+  EXPECT_GT(next->BsdfFraction(by_bsdf), 0.9f);
+  EXPECT_LT(next->BsdfFraction(by_guide), 0.1f);
+  for (uint32_t cell = 0; cell < next->fractions().size(); ++cell) {
+    if (cell != next->CellAt(by_bsdf) && cell != next->CellAt(by_guide)) {
+      EXPECT_EQ(next->fractions()[cell], 0.5f) << cell;
+    }
+  }
 }
 
 TEST(FocalAdvance, ADivergingOctreeFindsWhereDirectionsComeFrom) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "tests/guiding/focal_testing.h"
 #include "tests/support/statistical.h"
 
@@ -44,6 +46,62 @@ float Exit(Vec3 x, Vec3 w) {
   return t;
 }
 
+// What Integrate() adds up, over the pieces that ForVoxels() finds.
+double SumOverPieces(const FocalOctree& octree, Vec3 x, Vec3 w) {
+  double sum = 0;
+  octree.ForVoxels(FocalRay(x, w), kInfinity, [&](uint32_t, float t0, float t1, float density) {
+    const double a = t0, b = t1;
+    sum += density * ((b - a) * (b * b + b * a + a * a));
+  });
+  return sum;
+}
+
+struct Naive {
+  double integral = 0;
+  double rounding = 0;       // that the walk in floats may be off by
+  std::set<uint32_t> nodes;  // with a voxel on the ray
+};
+Naive IntegrateNaively(const FocalOctree& octree, Vec3 x, Vec3 w) {
+  Naive naive;
+  const double origin[] = {x.x, x.y, x.z}, direction[] = {w.x, w.y, w.z};
+  focal_testing::WalkNaively(octree, 0, {0, 0, 0}, 1, origin, direction, 1e30,
+                             [&](uint32_t slot, double t0, double t1, float density) {
+                               naive.integral += density * (t1 * t1 * t1 - t0 * t0 * t0);
+                               naive.rounding += density * 3 * t1 * t1 * 2e-6;  // a few roundings of each end
+                               naive.nodes.insert(slot / 8);
+                             });
+  return naive;
+}
+
+// Split down to `depth` levels along the cube's diagonal, a voxel to either side included, with uneven masses.
+FocalOctree AlongTheDiagonal(int depth) {
+  struct Cube {
+    Vec3 lower;
+    float size;
+  };
+  std::vector<uint8_t> inner;
+  std::vector<float> masses;
+  std::vector<Cube> cubes = {{{0, 0, 0}, 1}};
+  Random random(6);
+  for (size_t i = 0; i < cubes.size(); ++i) {
+    const Cube cube = cubes[i];
+    const float half = cube.size / 2;
+    inner.push_back(0);
+    for (int c = 0; c < 8; ++c) {
+      const Vec3 octant{static_cast<float>(c & 1), static_cast<float>(c >> 1 & 1), static_cast<float>(c >> 2)};
+      const Vec3 lower = cube.lower + octant * half, middle = lower + Vec3{1, 1, 1} * (half / 2);
+      const float along = (middle.x + middle.y + middle.z) / 3;
+      if (half > std::ldexp(1.0f, -depth) && Length(middle - Vec3{along, along, along}) < 1.5f * half) {
+        inner.back() |= static_cast<uint8_t>(1 << c);
+        cubes.push_back({lower, half});
+      } else {
+        masses.push_back(static_cast<float>(std::pow(10.0, -3 * random.Next1D())));
+      }
+    }
+  }
+  return FocalOctree::From(inner, masses).value();
+}
+
 TEST(FocalOctree, VoxelsTileTheRayExactly) {
   Random random(1);
   for (uint64_t seed = 0; seed < 8; ++seed) {
@@ -75,7 +133,8 @@ TEST(FocalOctree, RaysInFacesAlongEdgesAndThroughCornersAreTiled) {
     // From a face outwards there is nothing to walk through.
     if (!(Exit(x, w) > 0)) continue;
     ExpectTiled(Pieces(octree, x, w), Exit(x, w));
-    ASSERT_TRUE(std::isfinite(octree.Integrate(FocalRay(x, w))));
+    const double sum = SumOverPieces(octree, x, w);
+    ASSERT_NEAR(octree.Integrate(FocalRay(x, w)), sum, 1e-5 * sum);
   }
 }
 
@@ -86,15 +145,30 @@ TEST(FocalOctree, AgreesWithTheRecursiveWalk) {
     const FocalOctree& octree = field->octrees()[0];
     for (int i = 0; i < 4000; ++i) {
       const Vec3 x = PointIn(kUnit, random), w = UniformDirection(random);
-      const double origin[] = {x.x, x.y, x.z}, direction[] = {w.x, w.y, w.z};
-      double expected = 0, scale = 0;
-      focal_testing::WalkNaively(octree, 0, {0, 0, 0}, 1, origin, direction, 1e30,
-                                 [&](uint32_t, double t0, double t1, float density) {
-                                   expected += density * (t1 * t1 * t1 - t0 * t0 * t0);
-                                   scale += density * 3 * t1 * t1 * 2e-6;  // a few roundings of each end
-                                 });
-      ASSERT_NEAR(octree.Integrate(FocalRay(x, w)), expected, 1e-5 * expected + scale);
+      const Naive naive = IntegrateNaively(octree, x, w);
+      ASSERT_NEAR(octree.Integrate(FocalRay(x, w)), naive.integral, 1e-5 * naive.integral + naive.rounding);
     }
+  }
+}
+
+// Such a ray crosses more nodes than Walk() keeps in a row: it goes on with the newest.
+TEST(FocalOctree, ALongRayThroughADeepOctreeIsWalkedWhole) {
+  constexpr size_t kFull = 448;  // as Walk() has it
+  const FocalOctree octree = AlongTheDiagonal(9);
+  // Near enough to the diagonal for every voxel on the way to be of the deepest level.
+  const Bounds3 first{{0, 0, 0}, {0.002f, 0.002f, 0.002f}}, last{{0.998f, 0.998f, 0.998f}, {1, 1, 1}};
+  Random random(7);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 near = PointIn(first, random), far = PointIn(last, random);
+    const Vec3 x = i % 2 ? far : near, w = Normalize(i % 2 ? near - far : far - near);
+    const Naive naive = IntegrateNaively(octree, x, w);
+    ASSERT_GT(naive.nodes.size(), kFull + 100);
+    ExpectTiled(Pieces(octree, x, w), Exit(x, w));
+    const float end = 0.9f * Exit(x, w);
+    ExpectTiled(Pieces(octree, x, w, end), end);
+    const double sum = SumOverPieces(octree, x, w);
+    ASSERT_NEAR(octree.Integrate(FocalRay(x, w)), sum, 1e-5 * sum);
+    ASSERT_NEAR(sum, naive.integral, 1e-5 * naive.integral + naive.rounding);
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/guiding/focal_testing.h"
 #include "tests/guiding/from_bytes.h"
 
@@ -138,6 +140,39 @@ TEST(FocalStatistics, MergesToTheSameBitsInAnyOrder) {
     EXPECT_EQ(Advance(*field, again)->fingerprint(), Advance(*field, parts[6])->fingerprint());
     EXPECT_EQ(again.counts(), whole.counts());
   }
+}
+
+TEST(FocalStatistics, MergesEmptySingleAndUnequalParts) {
+  Training training;
+  training.options.learn_fraction = true;
+  training.records = 2000;
+  const auto field = Train(training, 8);
+  Random random(4);
+  std::vector<FocalRecord> records;
+  for (int i = 0; i < 2000; ++i) records.push_back(MakeRecord(*field, training, random));
+  const auto part = [&](size_t first, size_t end) {
+    FocalStatistics statistics(field);
+    for (size_t i = first; i < end; ++i) statistics.Record(records[i]);
+    return statistics;
+  };
+  const FocalStatistics empty = part(0, 0), one = part(0, 1), most = part(1, records.size());
+  const Bytes whole = part(0, records.size()).Serialize();
+  ASSERT_FALSE(most.Serialize() == whole);
+  const FocalStatistics* const parts[] = {&empty, &one, &most};
+  std::array<size_t, 3> order = {0, 1, 2};
+  do {
+    FocalStatistics merged = part(0, 0), read = part(0, 0);
+    for (const size_t next : order) {
+      merged.Merge(*parts[next]);
+      read.MergeSerialized(parts[next]->Serialize());
+    }
+    EXPECT_TRUE(merged.Serialize() == whole);
+    EXPECT_TRUE(read.Serialize() == whole);
+  } while (std::next_permutation(order.begin(), order.end()));
+  FocalStatistics nothing = part(0, 0);
+  nothing.Merge(empty);
+  nothing.MergeSerialized(empty.Serialize());
+  EXPECT_TRUE(nothing.Serialize() == empty.Serialize());
 }
 
 TEST(FocalStatistics, BytesAreSparse) {

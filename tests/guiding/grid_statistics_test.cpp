@@ -2,6 +2,8 @@
 // they are broken.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/guiding/from_bytes.h"
 #include "tests/guiding/grid_testing.h"
 
@@ -43,6 +45,38 @@ TEST(GridStatistics, AnyPartitionAndOrderGiveTheSameBytes) {
     EXPECT_TRUE(merged.Serialize() == whole.Serialize());
     EXPECT_TRUE(Advance(*grid, merged)->Serialize() == Advance(*grid, whole)->Serialize());
   }
+}
+
+TEST(GridStatistics, MergesEmptySingleAndUnequalParts) {
+  const auto grid = Train(Small(), kUnit, 2000);
+  const auto part = [&](int first, int end) {
+    GridStatistics statistics(grid);
+    for (int i = first; i < end; ++i) {
+      Random random(static_cast<uint64_t>(i));
+      const auto cell = static_cast<uint32_t>(random.Next() % grid->cell_count()),
+                 direction = static_cast<uint32_t>(random.Next() % grid->direction_count());
+      statistics.Record(cell, direction, std::ldexp(1 + random.Next1D(), static_cast<int>(random.Next() % 40) - 20));
+    }
+    return statistics;
+  };
+  const GridStatistics empty = part(0, 0), one = part(0, 1), most = part(1, 3000);
+  const Bytes whole = part(0, 3000).Serialize();
+  ASSERT_FALSE(most.Serialize() == whole);
+  const GridStatistics* const parts[] = {&empty, &one, &most};
+  std::array<size_t, 3> order = {0, 1, 2};
+  do {
+    GridStatistics merged = part(0, 0), read = part(0, 0);
+    for (const size_t next : order) {
+      merged.Merge(*parts[next]);
+      read.MergeSerialized(parts[next]->Serialize());
+    }
+    EXPECT_TRUE(merged.Serialize() == whole);
+    EXPECT_TRUE(read.Serialize() == whole);
+  } while (std::next_permutation(order.begin(), order.end()));
+  GridStatistics nothing = part(0, 0);
+  nothing.Merge(empty);
+  nothing.MergeSerialized(empty.Serialize());
+  EXPECT_TRUE(nothing.Serialize() == empty.Serialize());
 }
 
 TEST(GridStatistics, WhatIsNoLuminanceIsRefusedAndCounted) {
