@@ -330,6 +330,17 @@ TEST_F(Inspect, AStateOfAuto) {
   }
 }
 
+// What a race has measured is told by the render's report and by the file alike, whoever has won.
+TEST_F(Inspect, AStateOfAutoAfterARace) {
+  const auto report = Render({"--method", "auto", "--option", "candidates=path,sdtree", "--option", "pilot=1000"});
+  const auto choice = report["result"].value("choice", "");
+  EXPECT_THAT(choice, AllOf(HasSubstr(" was "), HasSubstr(" times as efficient (95 %: ")));
+  EXPECT_EQ(Json({})["choice"], choice);
+  const Ran shown = Run({});
+  EXPECT_EQ(shown.code, 0) << shown.err;
+  EXPECT_THAT(shown.out, HasSubstr("chose                 " + choice));
+}
+
 // Channels of an EXR by name.
 std::map<std::string, std::vector<float>> Channels(const std::string& path) {
   auto in = OIIO::ImageInput::open(path);

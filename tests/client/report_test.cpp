@@ -49,6 +49,10 @@ TEST(Report, JsonHasTheDocumentedMembers) {
   EXPECT_EQ(json["points"].size(), 2u);
   EXPECT_FALSE(json["points"][0].contains("reference"));
   EXPECT_EQ(json["points"][1]["reference"]["relmse_trimmed"], 5.0);
+  EXPECT_FALSE(json["result"].contains("choice"));
+  JobReport chosen = Sample();
+  chosen.choice = "path; sdtree left out";
+  EXPECT_EQ(ReportToJson(chosen)["result"]["choice"], "path; sdtree left out");
 }
 
 TEST(Report, PointsSurviveJson) {

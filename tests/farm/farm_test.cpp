@@ -1,4 +1,5 @@
 // Real processes: whoever renders, in whatever order, the image is the same bits.
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -34,6 +35,13 @@ TEST_P(FarmOfWorkers, GivesTheBitsOfOneProcess) {
     EXPECT_EQ(report["result"]["state_sha256"], expected.report.state_hash.hex) << method;
     EXPECT_EQ(report["result"]["image_sha256"], expected.report.image_hash.hex) << method;
     EXPECT_EQ(ImageHash(image), expected.report.image_hash) << method;
+    const std::string& choice = expected.report.choice;
+    EXPECT_EQ(report["result"].value("choice", ""), choice) << method;
+    if (method == "auto") {
+      EXPECT_NE(choice.find("times as efficient"), std::string::npos) << choice;
+      EXPECT_EQ(std::count(status.log.begin(), status.log.end(), "chose " + choice), 1)
+          << choice << "; " << testing::PrintToString(status.log);
+    }
     if (method == "path") {
       EXPECT_THROW(client().GetGuide(id), Error) << "it learns nothing";
     } else {

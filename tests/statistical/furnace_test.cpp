@@ -36,17 +36,23 @@ double Radiance(double albedo, int depth = kDepth) {
 
 // At albedo 1 nothing but the depth ends a path: one bounce more or less is eight per cent.
 TEST(AnalyticTest, FurnaceBoxes) {
-  const double level = test::SidakLevel(0.01, 40);
+  const double level = test::SidakLevel(0.01, 44);
   for (const double albedo : {0.0, 0.5, 0.8, 1.0}) {
     const CompiledJob compiled = Furnace(albedo);
-    for (const std::string method : {"path", "sdtree", "focal", "grid", "sdtree+focal"})
+    for (const std::string method : {"path", "sdtree", "focal", "grid", "sdtree+focal", "auto"})
       for (const std::string nee : {"never", "always"}) {
+        const bool races = method == "auto";
+        if (races && nee == "never") continue;  // its candidates have their own defaults
         test::Moments mean;
         for (uint64_t seed = 1; seed <= 24; ++seed) {
           JobSpec job;
           job.method = method;
-          job.options["nee"] = nee;
-          if (method != "path") job.options["combine"] = "discard";
+          if (races) {
+            job.options["pilot"] = "1000";  // so that there is a race in so small a picture
+          } else {
+            job.options["nee"] = nee;
+            if (method != "path") job.options["combine"] = "discard";
+          }
           if (method == "grid") job.options.insert({{"batch", "2"}, {"steps", "4"}});
           job.budget.spp = 63;
           job.seed = seed;
@@ -56,7 +62,9 @@ TEST(AnalyticTest, FurnaceBoxes) {
           mean.Add(sum / static_cast<double>(image.size()));
         }
         const double expected = Radiance(albedo);
-        const test::TestResult result = test::TTest(mean, expected, level, 2e-5 * expected);
+        // Weights by variances of their own move the mean of 64 pixels by a thousandth (core/learning/combination.h).
+        const double bias = (races ? 3e-3 : 2e-5) * expected;
+        const test::TestResult result = test::TTest(mean, expected, level, bias);
         EXPECT_TRUE(result.accepted) << method << ", nee " << nee << ", albedo " << albedo << ": " << result.message;
         EXPECT_FALSE(test::TTest(mean, 1.05 * expected, level).accepted) << result.message;  // a wrong one is seen
       }
