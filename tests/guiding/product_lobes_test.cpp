@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <vector>
 
 namespace lodestar {
@@ -43,6 +44,24 @@ TEST(ProductLobes, GlossCountsAsDiffuseBeyond85Degrees) {
         const float cos = Dot(normal, w);
         EXPECT_FLOAT_EQ(beyond.Density(w), (cos > 0 ? 0.75f * cos : -0.25f * cos) * kInvPi) << degrees;
       }
+    }
+  }
+}
+
+TEST(ProductLobes, AreNoneWhereTheWeightCannotBeDividedBy) {
+  for (const auto kind : {kDiffuseReflection, kGgxReflection, kDiffuseTransmission}) {
+    for (const float weight : {0.0f, 1e-45f, 1e-40f, kInfinity}) {
+      const ProductLobe lobe{kind, 0.3f, weight};
+      const ProductLobes lobes({}, {0, 0, 1}, {&lobe, 1});
+      EXPECT_TRUE(lobes.none()) << weight;
+      EXPECT_EQ(lobes.Density({0, 0.6f, 0.8f}), 0) << weight;
+    }
+    for (const float weight : {1e-37f, 1e37f}) {
+      const std::array<ProductLobe, 2> two = {{{kind, 0.3f, weight}, {kDiffuseReflection, 1, weight}}};
+      const ProductLobes lobes({}, {0, 0, 1}, two);
+      EXPECT_FALSE(lobes.none());
+      const float glossy = lobes.glossy_count() == 0 ? 0 : lobes.glossy_weight(0);
+      EXPECT_FLOAT_EQ(lobes.diffuse() + lobes.transmission() + glossy, 1) << weight;
     }
   }
 }
