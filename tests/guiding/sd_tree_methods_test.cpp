@@ -121,5 +121,29 @@ TEST_P(AdvanceByMethod, OneRecordIsEnough) {
   }
 }
 
+// Light in another unit: a power of two commutes with every rounding but that of the first iteration's sums, whose unit
+// is far below that of a node's probabilities.
+TEST_P(AdvanceByMethod, RadianceTimesAPowerOfTwoLearnsTheSameBits) {
+  synthetic::Training training;
+  training.options = Options();
+  training.options.spatial_threshold = 1000;
+  training.first_records = 4000;
+  constexpr int kIterations = 5;  // the last records what switching switches to
+  const auto reference = synthetic::Train(training, kIterations);
+  EXPECT_GT(reference->leaf_count(), 4u);
+  for (const float scale : {0x1p-4f, 0x1p20f}) {
+    SCOPED_TRACE(scale);
+    training.scale = scale;
+    const auto tree = synthetic::Train(training, kIterations);
+    EXPECT_EQ(tree->radiance_scale() * scale, reference->radiance_scale());
+    ASSERT_EQ(tree->leaf_count(), reference->leaf_count());
+    for (uint32_t leaf = 0; leaf < tree->leaf_count(); ++leaf) {
+      EXPECT_TRUE(SameNodes(Distribution(*tree, leaf), Distribution(*reference, leaf))) << leaf;
+      EXPECT_EQ(tree->leaf(leaf).mean_flux, reference->leaf(leaf).mean_flux * scale) << leaf;
+      EXPECT_EQ(tree->BsdfFraction(leaf), reference->BsdfFraction(leaf)) << leaf;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lodestar
