@@ -1,5 +1,7 @@
 #include "core/guiding/product_lobes.h"
 
+#include <limits>
+
 namespace lodestar {
 
 ProductLobes::ProductLobes(const Frame& frame, Vec3 wo, std::span<const ProductLobe> lobes) {
@@ -8,7 +10,8 @@ ProductLobes::ProductLobes(const Frame& frame, Vec3 wo, std::span<const ProductL
   const float cos_o = std::fabs(cos);
   float sum = 0;
   for (const ProductLobe& lobe : lobes) sum += lobe.weight;
-  if (!(sum > 0) || !std::isfinite(sum)) return;
+  // 1 / sum must be finite, too.
+  if (!(sum >= std::numeric_limits<float>::min()) || !std::isfinite(sum)) return;
   const float least = kLeastShare * sum;
   float kept = 0;
   for (const ProductLobe& lobe : lobes) {

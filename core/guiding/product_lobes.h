@@ -34,7 +34,7 @@ class ProductLobes {
   static constexpr float kTailShare = 0.1f;
 
   // wo in the frame's own (outer) space, of unit length; n on either side. More glossy lobes than kMaxGlossy: the
-  // last ones count as diffuse. No lobe of positive weight: none() holds.
+  // last ones count as diffuse. No weight, or one that is denormal or infinite: none() holds.
   ProductLobes(const Frame& frame, Vec3 wo, std::span<const ProductLobe> lobes);
 
   bool none() const { return glossy_count_ == 0 && !(diffuse_ > 0) && !(transmission_ > 0); }

@@ -156,13 +156,15 @@ TEST(BsdfFraction, FindsTheOptimumBetweenTheGridPoints) {
 }
 
 TEST(BsdfFraction, IsDrivenToBothEndsAndKeptOffThem) {
-  FractionSums bsdf_only, tree_only;
-  for (int i = 0; i < 100000; ++i) {
-    bsdf_only.Add(Loss::kKl, 1, 1, 2, 0);
-    tree_only.Add(Loss::kKl, 1, 1, 0, 2);
+  for (Loss loss : {Loss::kKl, Loss::kVariance}) {
+    FractionSums bsdf_only, tree_only;
+    for (int i = 0; i < 100000; ++i) {
+      bsdf_only.Add(loss, 1, 1, 2, 0);
+      tree_only.Add(loss, 1, 1, 0, 2);
+    }
+    EXPECT_EQ(SolveBsdfFraction(bsdf_only, 0.5f, 64), kMaxBsdfFraction);
+    EXPECT_EQ(SolveBsdfFraction(tree_only, 0.5f, 64), kMinBsdfFraction);
   }
-  EXPECT_EQ(SolveBsdfFraction(bsdf_only, 0.5f, 64), kMaxBsdfFraction);
-  EXPECT_EQ(SolveBsdfFraction(tree_only, 0.5f, 64), kMinBsdfFraction);
 }
 
 TEST(BsdfFraction, FewRecordsStayNearThePrevious) {

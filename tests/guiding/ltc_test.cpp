@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/math/warp.h"
 #include "core/scene/microfacet.h"
 #include "tests/support/statistical.h"
 
@@ -34,6 +35,63 @@ TEST(Ltc, IntegratesToOneAndKnowsItsShareAboveAnyPlane) {
       const Vec3 flat_peak{shape.peak_sin, 0, SafeSqrt(1 - Sqr(shape.peak_sin))};
       EXPECT_NEAR(test::IntegrateSphere([&](Vec3 w) { return flat.Density(w); }, flat_peak).upper,
                   flat.ShareAbove({0, 0, 1}), 2e-3);
+    }
+  }
+}
+
+// Narrower, wider and more skewed than the table's, down to M that are all but singular. Their densities cannot be
+// integrated over directions in floats; that the rows of M^-1 have the determinant by which they are normalised can be
+// told.
+TEST(Ltc, ExtremesAreFiniteAndNormalised) {
+  for (const LtcShape& shape :
+       {LtcShape{1e-6f, 1, 1e3f, 0.9999f}, LtcShape{1e-6f, 1, -1e3f, 0.9999f}, LtcShape{1, 1e-6f, 0, 0.9999f},
+        LtcShape{1e-6f, 1e-6f, 0, 0}, LtcShape{1e3f, 1e3f, 0, 0}, LtcShape{1e-3f, 1e3f, 10, 1}}) {
+    for (const Frame& frame : {Frame{}, Frame::FromNormal(Normalize(Vec3{0.2f, 0.5f, -0.7f}))}) {
+      SCOPED_TRACE(std::to_string(shape.x) + " " + std::to_string(shape.y) + " " + std::to_string(shape.skew));
+      const Ltc ltc(shape, frame);
+      const Vec3 x = ltc.x(), y = ltc.y(), z = ltc.z();
+      EXPECT_TRUE(std::isfinite(ltc.width()) && ltc.width() > 0) << ltc.width();
+      EXPECT_TRUE(std::isfinite(ltc.determinant()) && ltc.determinant() > 0) << ltc.determinant();
+      const auto cofactor = [&](float Vec3::*a, float Vec3::*b) {
+        return static_cast<double>(y.*a) * z.*b - static_cast<double>(y.*b) * z.*a;
+      };
+      const double determinant =
+          x.x * cofactor(&Vec3::y, &Vec3::z) + x.y * cofactor(&Vec3::z, &Vec3::x) + x.z * cofactor(&Vec3::x, &Vec3::y);
+      // The row of the skew is rounded at its own length.
+      const double skew = shape.skew, rounding = 64 * 0x1p-24 * std::sqrt(1 + skew * skew);
+      EXPECT_NEAR(determinant / ltc.determinant(), 1, rounding);
+
+      const Vec3 peak = Normalize(Cross(x, y));
+      for (int i = 0; i < 400; ++i) {
+        const Vec3 around = Along(2 * static_cast<float>(i) / 399 - 1, 7 * static_cast<float>(i));
+        for (const float distance : {0.0f, 1e-6f, 1e-3f, 0.9f, 1e6f}) {
+          const Vec3 w = Normalize(peak + around * distance);
+          const float density = ltc.Density(w);
+          ASSERT_TRUE(std::isfinite(density) && density >= 0) << density;
+        }
+        const float share = ltc.ShareAbove(around);
+        ASSERT_TRUE(share >= -1e-6f && share <= 1 + 1e-6f) << share;
+        ASSERT_NEAR(share + ltc.ShareAbove(-around), 1, 1e-6);
+      }
+    }
+  }
+}
+
+// Needles and blades, by the cosine that they are made of: M p, times det M^-1, is a sum of the rows' cross products.
+TEST(Ltc, NarrowLobesHaveTheCosinesDensityTimesTheirJacobian) {
+  for (const LtcShape& shape : {LtcShape{1e-3f, 1e-3f, 0, 0.9f}, LtcShape{1e-3f, 1, 0, 0.9999f},
+                                LtcShape{1, 1e-3f, 0, 0.5f}, LtcShape{0.01f, 1, 3, 0.95f}}) {
+    const Ltc ltc(shape, Frame::FromNormal(Normalize(Vec3{-0.4f, 0.1f, 0.7f})));
+    const Vec3 mx = Cross(ltc.y(), ltc.z()), my = Cross(ltc.z(), ltc.x()), mz = Cross(ltc.x(), ltc.y());
+    for (int i = 0; i < 32 * 32; ++i) {
+      const Vec3 p = SquareToCosineHemisphere(
+          {(static_cast<float>(i % 32) + 0.5f) / 32, (static_cast<float>(i / 32) + 0.5f) / 32});
+      const Vec3 v = mx * p.x + my * p.y + mz * p.z;
+      const double determinant = ltc.determinant(), length = Length(v);
+      const double jacobian = determinant * determinant / (length * length * length);
+      // M^-1 stretches the rounding of a direction a thousand times, and the density goes with its fourth power.
+      ASSERT_NEAR(ltc.Density(Normalize(v)) * jacobian / (p.z * kInvPi), 1, 0.01)
+          << shape.x << " " << shape.y << " " << shape.skew << ", point " << i;
     }
   }
 }

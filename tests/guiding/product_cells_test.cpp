@@ -115,5 +115,52 @@ TEST(ProductCells, DensitiesAreThoseOfTheLobes) {
   }
 }
 
+// Beyond what the table has, down to M that are all but singular. The points that follow a lobe put all of it that is
+// above the horizon somewhere; three points of 24 are allowed for.
+TEST(ProductCells, ExtremeLobesStayFinite) {
+  for (const Frame& frame : Frames()) {
+    for (const LtcShape& shape :
+         {LtcShape{1e-6f, 1, 1e3f, 0.9999f}, LtcShape{1, 1e-6f, 0, 0.9999f}, LtcShape{1e-6f, 1e-6f, 0, 0},
+          LtcShape{1, 1, 0, 0.9999f}, LtcShape{1e3f, 1e3f, 0, 0}}) {
+      SCOPED_TRACE(std::to_string(shape.x) + " " + std::to_string(shape.y) + " " + std::to_string(shape.skew));
+      const Ltc ltc(shape, frame);
+      Block block;
+      block.fill(0);
+      product::AddGlossy(ltc, frame.n, 1, block);
+      for (const float cell : block) ASSERT_TRUE(std::isfinite(cell) && cell >= 0) << cell;
+      if (ltc.width() < 0.1f) {
+        EXPECT_NEAR(std::accumulate(block.begin(), block.end(), 0.0), ltc.ShareAbove(frame.n), 0.126);
+      }
+    }
+  }
+}
+
+// Over all cells, of the table's narrowest and widest lobes from one end of its angles to the other.
+TEST(ProductCells, DensitiesAreFiniteEverywhere) {
+  for (const Frame& frame : Frames()) {
+    for (const float alpha : {0.0f, 1e30f}) {
+      for (const float cos : {1.0f, LtcTable::kMinCos + 1e-4f}) {
+        SCOPED_TRACE(std::to_string(alpha) + " " + std::to_string(cos));
+        const ProductLobe lobe{ProductLobe::Kind::kGgxReflection, alpha, 1};
+        const ProductLobes lobes(frame, frame.ToWorld({SafeSqrt(1 - cos * cos), 0, cos}), {&lobe, 1});
+        ASSERT_EQ(lobes.glossy_count(), 1);
+        bool finite = true, within = true;
+        for (int level = product::kBlockLevel; level + product::kPatchLevels <= product::kFinest;
+             level += product::kPatchLevels) {
+          for (uint32_t cell = 0; cell < 1u << (2 * level); ++cell) {
+            const auto found = product::Densities(lobes, level, cell & ((1u << level) - 1), cell >> level);
+            for (uint32_t c = 0; c < product::kPatch; ++c) {
+              finite &= std::isfinite(found.all[c]) && found.all[c] >= 0;
+              if (found.has_narrow) within &= found.narrow[c] >= 0 && found.narrow[c] <= found.all[c] * 1.00001f;
+            }
+          }
+        }
+        EXPECT_TRUE(finite);
+        EXPECT_TRUE(within);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lodestar
