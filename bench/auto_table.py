@@ -75,7 +75,9 @@ def measure(arguments, scene, methods):
     runs = {m: [] for m in methods}
     with concurrent.futures.ThreadPoolExecutor(arguments.at_once) as pool:
         for seed in range(arguments.seeds):
-            started = {m: pool.submit(run, arguments, scene, m, seed, folder / f"{m}-{seed}") for m in methods}
+            # By turns from either end: cores are not alike.
+            order = methods[::-1] if seed % 2 else methods
+            started = {m: pool.submit(run, arguments, scene, m, seed, folder / f"{m}-{seed}") for m in order}
             results = {m: r.result() for m, r in started.items()}
             measure_what_missed_light(arguments.lodestar, results)
             for method, result in results.items():
