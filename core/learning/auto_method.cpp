@@ -21,8 +21,9 @@ namespace {
 constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 5;
 constexpr const char* kWhat = "state of method 'auto'";
 
-// As much as a learner's film may be better than the one before.
-constexpr double kMostGrowth = 1.5;
+// As much as a learner's film may be better than the one before; and of the first film that tells a variance, after
+// which growth is greatest, those that come until its growth is known.
+constexpr double kMostGrowth = 1.5, kMostGrowthOfFirst = kMostGrowth * kMostGrowth;
 
 struct Racer {
   const char* name;
@@ -272,7 +273,8 @@ bool AutoMethod::Hopeless(const Parts& parts, const Results& measured, uint32_t 
   const bool begins = own == nullptr && parts.entrants[candidate].iterations == 0 && OwnPasses(parts, 0) == 0;
   if (begins) own = LastOf(measured, 0);
   if (own == nullptr) return false;
-  const double growth = MostGrowth(parts, candidate);
+  const auto films = std::ranges::count(measured, candidate, &PilotResult::candidate);
+  const double growth = std::max(MostGrowth(parts, candidate), films == 1 ? kMostGrowthOfFirst : 1);
   for (uint32_t c = 0; c < candidate; ++c) {
     const PilotResult* other = LastOf(measured, c);
     if (other != nullptr && CompareEfficiency(*own, *other).high * growth < 1) return true;
@@ -280,7 +282,7 @@ bool AutoMethod::Hopeless(const Parts& parts, const Results& measured, uint32_t 
   return false;
 }
 
-double AutoMethod::Promise(const Parts& parts, uint32_t candidate) const {
+double AutoMethod::Promise(const Parts& parts, uint32_t candidate, bool last_chance) const {
   // As much as its last was better than the one before, within reason.
   const PilotResult *last = nullptr, *before = nullptr;
   for (const PilotResult& result : parts.results) {
@@ -288,11 +290,13 @@ double AutoMethod::Promise(const Parts& parts, uint32_t candidate) const {
     before = last;
     last = &result;
   }
-  if (before == nullptr || OwnPasses(parts, candidate) == 0) return 1;
+  if (last == nullptr || OwnPasses(parts, candidate) == 0) return 1;
+  // One film does not tell how it grows. The next will, where there is one.
+  if (before == nullptr) return last_chance ? 1 : kMostGrowthOfFirst;
   return std::clamp(CompareEfficiency(*last, *before).value, 1.0, kMostGrowth);
 }
 
-uint32_t AutoMethod::Winner(const Parts& parts) const {
+uint32_t AutoMethod::Winner(const Parts& parts, bool last) const {
   uint32_t best = 0;
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
     const PilotResult *result = LastOf(parts.results, c), *leader = LastOf(parts.results, best);
@@ -304,7 +308,7 @@ uint32_t AutoMethod::Winner(const Parts& parts) const {
     // In doubt for one that still learns: wrongly left out it costs what guiding can gain, wrongly kept a fraction.
     const EfficiencyRatio ratio = CompareEfficiency(*result, *leader);
     const double believed = OwnPasses(parts, c) > 0 ? ratio.high : ratio.value;
-    if (believed * Promise(parts, c) > Promise(parts, best)) best = c;
+    if (believed * Promise(parts, c, last) > Promise(parts, best, last)) best = c;
   }
   // One that learns may have had the doubt; who has learned all that it can is to lead in fact.
   for (uint32_t c = 0; c < candidates_.size() && OwnPasses(parts, best) == 0; ++c) {
@@ -316,7 +320,7 @@ uint32_t AutoMethod::Winner(const Parts& parts) const {
 }
 
 void AutoMethod::Decide(Parts* parts, bool last) const {
-  parts->active = Winner(*parts);
+  parts->active = Winner(*parts, last);
   const PilotResult* own = LastOf(parts->results, parts->active);
   parts->settled = true;
   for (uint32_t c = 0; c < candidates_.size(); ++c) {

@@ -82,12 +82,12 @@ class AutoMethod final : public Method {
   // Whether the candidate, in its pilot or before it, is so far behind one that came before that it will not be ahead
   // at its end. It is lost for good then.
   bool Hopeless(const Parts& parts, const Results& measured, uint32_t candidate) const;
-  // How much better the candidate's next film may be than its last.
-  double Promise(const Parts& parts, uint32_t candidate) const;
+  // How much better the candidate's next films may be than its last. `last_chance`: it is chosen now or never.
+  double Promise(const Parts& parts, uint32_t candidate, bool last_chance) const;
   // After the pilots: sets active, settled and the states that are left. `last`: this is final.
   void Decide(Parts* parts, bool last) const;
-  // Among those that are not dropped.
-  uint32_t Winner(const Parts& parts) const;
+  // Among those that are not dropped. `last`: who it is goes on to the end.
+  uint32_t Winner(const Parts& parts, bool last) const;
 
   std::vector<Candidate> candidates_;
   std::vector<std::string> not_needed_;  // candidates that the scene has nothing for

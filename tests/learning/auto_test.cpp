@@ -241,6 +241,30 @@ TEST(Auto, PromiseKeepsALearnerUntilItIsBrokenOrKept) {
   EXPECT_TRUE(broken.method().Decided(broken.state()));
 }
 
+// In large pictures a pilot has two passes of path tracing, and one and two of a tree, of which two are measured.
+TEST(Auto, OneFilmDoesNotTellHowALearnerGrows) {
+  const auto after_pilot = [](double tree, bool last) {
+    Driver driver("path,sdtree", 1280, 720);
+    driver.Step(4);
+    driver.Step(9);
+    driver.Step(tree, last);
+    return driver;
+  };
+  Driver grows = after_pilot(6.4, false), stays = after_pilot(6.4, false);
+  ASSERT_EQ(grows.active(), "sdtree");
+  ASSERT_FALSE(grows.settled());
+  grows.Step(3);
+  stays.Step(6.4);
+  EXPECT_EQ(grows.active(), "sdtree");
+  EXPECT_EQ(stays.active(), "path");
+  EXPECT_TRUE(stays.settled());
+  // Not where it could not be seen any more, nor where growth would not make up for it.
+  for (const Driver& driver : {after_pilot(6.4, true), after_pilot(14, false)}) {
+    EXPECT_EQ(driver.active(), "path");
+    EXPECT_TRUE(driver.settled());
+  }
+}
+
 TEST(Auto, ABudgetThatEndsEarlyTakesWhatItHas) {
   Driver early;
   early.Step(5, true);  // after the pilot of the first candidate
