@@ -177,29 +177,34 @@ JobStatus FarmClient::Watch(const JobId& id, const std::function<bool(const JobS
   last.id = id;
   bool more = true;
   const auto stopped = [&] { return stop && stop->Requested(); };
+  const auto read = [&](grpc::ClientContext* context) {
+    auto reader = impl_->stub->WatchJob(context, request);
+    // Nothing may change for hours, and so long reading lasts.
+    const std::jthread canceller([&](const std::stop_token& over) {
+      while (!over.stop_requested() && !stopped()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      if (stopped()) context->TryCancel();
+    });
+    v1::JobStatus message;
+    bool any = false;
+    while (more && reader->Read(&message)) {
+      any = true;
+      last = FromProto(message);
+      more = !callback || callback(last);
+    }
+    more = more && !stopped();
+    if (!more) context->TryCancel();
+    const auto status = reader->Finish();
+    return any || !more ? grpc::Status::OK : status;
+  };
   // A stream may end with its coordinator: each one that brought something starts the patience anew.
   while (more && !Ended(last.phase)) {
-    impl_->Call(
-        [&](grpc::ClientContext* context) {
-          auto reader = impl_->stub->WatchJob(context, request);
-          // Nothing may change for hours, and so long reading lasts.
-          const std::jthread canceller([&](const std::stop_token& over) {
-            while (!over.stop_requested() && !stopped()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
-            if (stopped()) context->TryCancel();
-          });
-          v1::JobStatus message;
-          bool any = false;
-          while (more && reader->Read(&message)) {
-            any = true;
-            last = FromProto(message);
-            more = !callback || callback(last);
-          }
-          more = more && !stopped();
-          if (!more) context->TryCancel();
-          const auto status = reader->Finish();
-          return any || !more ? grpc::Status::OK : status;
-        },
-        Clock::Duration(0), stop);
+    try {
+      impl_->Call(read, Clock::Duration(0), stop);
+    } catch (const Error&) {
+      // Whoever has stopped waits for nothing any more, the coordinator included.
+      if (!stopped()) throw;
+      more = false;
+    }
   }
   return last;
 }

@@ -120,12 +120,16 @@ TEST_F(FarmCommands, AWatchEndsAtOnceWhateverTheJobWaitsFor) {
   for (auto& worker : workers_) worker.Kill();
   const std::string submitted = Shell("lodestar submit scene/box.pbrt --spp 4").out;
   const std::string id = submitted.substr(0, submitted.find('\n'));
-  const Ran watched = Shell("timeout -s KILL 30 timeout --foreground --preserve-status -s INT 1 lodestar watch " + id);
+  // Interrupted once it catches the signal.
+  const std::string interrupted = "timeout -s KILL 60 sh -c 'lodestar watch " + id +
+                                  " & until grep -q \"^SigCgt:.*[2367abef]$\" /proc/$!/status; do sleep 0.05; done; "
+                                  "kill -INT $!; wait $!'";
+  const Ran watched = Shell(interrupted);
   EXPECT_EQ(watched.code, 130) << watched.err;
   EXPECT_THAT(watched.err, HasSubstr("lodestar cancel " + id));
   // Not even the coordinator.
   coordinator_.Kill();
-  EXPECT_EQ(Shell("timeout -s KILL 30 timeout --foreground --preserve-status -s INT 1 lodestar watch " + id).code, 130);
+  EXPECT_EQ(Shell(interrupted).code, 130);
 }
 
 // It takes ten seconds of the job's: the first picture comes then.
