@@ -120,9 +120,10 @@ TEST_F(FarmCommands, AWatchEndsAtOnceWhateverTheJobWaitsFor) {
   for (auto& worker : workers_) worker.Kill();
   const std::string submitted = Shell("lodestar submit scene/box.pbrt --spp 4").out;
   const std::string id = submitted.substr(0, submitted.find('\n'));
-  // Interrupted once it catches the signal.
+  // Interrupted once it catches the signal: the program, not the shell that is about to become it.
   const std::string interrupted = "timeout -s KILL 60 sh -c 'lodestar watch " + id +
-                                  " & until grep -q \"^SigCgt:.*[2367abef]$\" /proc/$!/status; do sleep 0.05; done; "
+                                  " & until grep -q lodestar /proc/$!/comm && grep -q \"^SigCgt:.*[2367abef]$\" "
+                                  "/proc/$!/status; do sleep 0.05; done; "
                                   "kill -INT $!; wait $!'";
   const Ran watched = Shell(interrupted);
   EXPECT_EQ(watched.code, 130) << watched.err;
