@@ -58,6 +58,12 @@ Setting Default(const std::string& name, std::map<std::string, std::string> opti
   return {name, std::move(options)};
 }
 
+Setting WithSigma(Setting setting, const std::string& sigma) {
+  setting.name += ", sigma " + sigma;
+  setting.options["dense-sigma"] = sigma;
+  return setting;
+}
+
 // Of the same trees; without the limit on the workload, which the document turns off there.
 std::vector<Setting> AfterTraining(const std::string& name, int training_iterations) {
   using Reconstruction = SdTreeOptions::Reconstruction;
@@ -88,22 +94,18 @@ std::vector<Setting> Settings(const std::string& study) {
                 Paper("full, native", "full", "native"),
                 Paper("switching", "switching", "none"),
                 Paper("switching, dense", "switching", "dense-unlimited"),
-                Paper("switching, dense, sigma 1", "switching", "dense-unlimited"),
+                WithSigma(Paper("switching, dense", "switching", "dense-unlimited"), "1"),
                 Paper("switching, native", "switching", "native"),
                 Paper("radiance", "radiance", "none"),
                 Paper("radiance, native", "radiance", "native"),
                 Default("defaults, not reconstructed", {{"reconstruction", "none"}}),
                 Default("defaults, dense", {{"reconstruction", "dense"}}),
-                Default("defaults, dense, sigma 1", {{"reconstruction", "dense"}}),
+                WithSigma(Default("defaults, dense", {{"reconstruction", "dense"}}), "1"),
                 Default("defaults", {})};
-    for (Setting& setting : settings)
-      if (setting.name.ends_with("sigma 1")) setting.options["dense-sigma"] = "1";
   } else if (study == "sigma") {
     settings.push_back(Paper("switching", "switching", "none"));
-    for (const char* sigma : {"0.3", "0.5", "0.8", "1"}) {
-      settings.push_back(Paper(std::string("switching, dense, sigma ") + sigma, "switching", "dense-unlimited"));
-      settings.back().options["dense-sigma"] = sigma;
-    }
+    for (const char* sigma : {"0.3", "0.5", "0.8", "1"})
+      settings.push_back(WithSigma(Paper("switching, dense", "switching", "dense-unlimited"), sigma));
     settings.push_back(Paper("switching, native", "switching", "native"));
   } else if (study == "time") {
     settings = {Paper("full", "full", "none"),

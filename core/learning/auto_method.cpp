@@ -250,7 +250,7 @@ AutoMethod::Results AutoMethod::Measure(const IterationResult& result) const {
   return results;
 }
 
-double AutoMethod::MostGrowth(const Parts& parts, uint32_t c) const {
+double AutoMethod::MostGrowth(const Parts& parts, const Results& measured, uint32_t c) const {
   const Candidate& candidate = candidates_[c];
   // What is for scenes whose light is hardly found gains by orders of magnitude once it has.
   if (candidate.worth_above > 0) return std::numeric_limits<double>::infinity();
@@ -264,7 +264,8 @@ double AutoMethod::MostGrowth(const Parts& parts, uint32_t c) const {
     passes += next;
     growth *= kMostGrowth;
   }
-  return growth;
+  const auto films = std::ranges::count(measured, c, &PilotResult::candidate);
+  return films == 1 ? std::max(growth, kMostGrowthOfFirst) : growth;
 }
 
 bool AutoMethod::Hopeless(const Parts& parts, const Results& measured, uint32_t candidate) const {
@@ -273,8 +274,7 @@ bool AutoMethod::Hopeless(const Parts& parts, const Results& measured, uint32_t 
   const bool begins = own == nullptr && parts.entrants[candidate].iterations == 0 && OwnPasses(parts, 0) == 0;
   if (begins) own = LastOf(measured, 0);
   if (own == nullptr) return false;
-  const auto films = std::ranges::count(measured, candidate, &PilotResult::candidate);
-  const double growth = std::max(MostGrowth(parts, candidate), films == 1 ? kMostGrowthOfFirst : 1);
+  const double growth = MostGrowth(parts, measured, candidate);
   for (uint32_t c = 0; c < candidate; ++c) {
     const PilotResult* other = LastOf(measured, c);
     if (other != nullptr && CompareEfficiency(*own, *other).high * growth < 1) return true;

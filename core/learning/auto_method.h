@@ -78,7 +78,7 @@ class AutoMethod final : public Method {
   // The candidate whose pilot comes next; the number of candidates where there is none.
   uint32_t NextInPilot(const Parts& parts, const IterationResult& result, const Results& measured, bool hopeless) const;
   // By how much the candidate may be better at the end of its pilot, and one iteration later, than it is now.
-  double MostGrowth(const Parts& parts, uint32_t candidate) const;
+  double MostGrowth(const Parts& parts, const Results& measured, uint32_t candidate) const;
   // Whether the candidate, in its pilot or before it, is so far behind one that came before that it will not be ahead
   // at its end. It is lost for good then.
   bool Hopeless(const Parts& parts, const Results& measured, uint32_t candidate) const;
