@@ -6,6 +6,7 @@
 
 #include "tests/guiding/focal_testing.h"
 #include "tests/guiding/from_bytes.h"
+#include "tests/guiding/merging.h"
 
 namespace lodestar {
 namespace {
@@ -150,29 +151,12 @@ TEST(FocalStatistics, MergesEmptySingleAndUnequalParts) {
   Random random(4);
   std::vector<FocalRecord> records;
   for (int i = 0; i < 2000; ++i) records.push_back(MakeRecord(*field, training, random));
-  const auto part = [&](size_t first, size_t end) {
+  const auto part = [&](int first, int end) {
     FocalStatistics statistics(field);
-    for (size_t i = first; i < end; ++i) statistics.Record(records[i]);
+    for (int i = first; i < end; ++i) statistics.Record(records[static_cast<size_t>(i)]);
     return statistics;
   };
-  const FocalStatistics empty = part(0, 0), one = part(0, 1), most = part(1, records.size());
-  const Bytes whole = part(0, records.size()).Serialize();
-  ASSERT_FALSE(most.Serialize() == whole);
-  const FocalStatistics* const parts[] = {&empty, &one, &most};
-  std::array<size_t, 3> order = {0, 1, 2};
-  do {
-    FocalStatistics merged = part(0, 0), read = part(0, 0);
-    for (const size_t next : order) {
-      merged.Merge(*parts[next]);
-      read.MergeSerialized(parts[next]->Serialize());
-    }
-    EXPECT_TRUE(merged.Serialize() == whole);
-    EXPECT_TRUE(read.Serialize() == whole);
-  } while (std::next_permutation(order.begin(), order.end()));
-  FocalStatistics nothing = part(0, 0);
-  nothing.Merge(empty);
-  nothing.MergeSerialized(empty.Serialize());
-  EXPECT_TRUE(nothing.Serialize() == empty.Serialize());
+  ExpectEmptySingleAndUnequalPartsMerge(2000, part);
 }
 
 TEST(FocalStatistics, BytesAreSparse) {

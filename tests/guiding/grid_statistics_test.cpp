@@ -6,6 +6,7 @@
 
 #include "tests/guiding/from_bytes.h"
 #include "tests/guiding/grid_testing.h"
+#include "tests/guiding/merging.h"
 
 namespace lodestar {
 namespace {
@@ -59,24 +60,7 @@ TEST(GridStatistics, MergesEmptySingleAndUnequalParts) {
     }
     return statistics;
   };
-  const GridStatistics empty = part(0, 0), one = part(0, 1), most = part(1, 3000);
-  const Bytes whole = part(0, 3000).Serialize();
-  ASSERT_FALSE(most.Serialize() == whole);
-  const GridStatistics* const parts[] = {&empty, &one, &most};
-  std::array<size_t, 3> order = {0, 1, 2};
-  do {
-    GridStatistics merged = part(0, 0), read = part(0, 0);
-    for (const size_t next : order) {
-      merged.Merge(*parts[next]);
-      read.MergeSerialized(parts[next]->Serialize());
-    }
-    EXPECT_TRUE(merged.Serialize() == whole);
-    EXPECT_TRUE(read.Serialize() == whole);
-  } while (std::next_permutation(order.begin(), order.end()));
-  GridStatistics nothing = part(0, 0);
-  nothing.Merge(empty);
-  nothing.MergeSerialized(empty.Serialize());
-  EXPECT_TRUE(nothing.Serialize() == empty.Serialize());
+  ExpectEmptySingleAndUnequalPartsMerge(3000, part);
 }
 
 TEST(GridStatistics, WhatIsNoLuminanceIsRefusedAndCounted) {

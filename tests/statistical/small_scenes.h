@@ -26,6 +26,15 @@ Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1  -1 1 -1  1 
 )" + inside;
 }
 
+inline const std::string kLampShutInABox = R"(AttributeBegin
+AreaLightSource "diffuse" "rgb L" [60 60 60]
+Translate 0.6 -0.6 0.4
+Shape "sphere" "float radius" [0.15]
+AttributeEnd
+Shape "trianglemesh" "point3 P" [0.3 -0.9 0.1  0.9 -0.9 0.1  0.9 -0.9 0.7  0.3 -0.9 0.7  0.3 -0.3 0.1  0.9 -0.3 0.1  0.9 -0.3 0.7  0.3 -0.3 0.7]
+  "integer indices" [0 2 1 0 3 2  4 5 6 4 6 7  3 6 2 3 7 6  0 4 7 0 7 3  1 2 6 1 6 5  0 1 5 0 5 4]
+)";
+
 inline const SmallScene kSmallScenes[] = {
     // Mostly indirect: the light faces the ceiling.
     {"indirect", Room(R"(AttributeBegin
@@ -92,14 +101,7 @@ Shape "trianglemesh" "point3 P" [-0.85 0.98 0.55  -0.55 0.98 0.55  -0.55 0.98 0.
 AreaLightSource "diffuse" "rgb L" [3 4 6]
 Shape "sphere" "float radius" [0.1]
 AttributeEnd
-AttributeBegin
-AreaLightSource "diffuse" "rgb L" [60 60 60]
-Translate 0.6 -0.6 0.4
-Shape "sphere" "float radius" [0.15]
-AttributeEnd
-Shape "trianglemesh" "point3 P" [0.3 -0.9 0.1  0.9 -0.9 0.1  0.9 -0.9 0.7  0.3 -0.9 0.7  0.3 -0.3 0.1  0.9 -0.3 0.1  0.9 -0.3 0.7  0.3 -0.3 0.7]
-  "integer indices" [0 2 1 0 3 2  4 5 6 4 6 7  3 6 2 3 7 6  0 4 7 0 7 3  1 2 6 1 6 5  0 1 5 0 5 4]
-)")},
+)" + kLampShutInABox)},
 };
 
 }  // namespace lodestar::test

@@ -244,15 +244,7 @@ Shape "trianglemesh" "point3 P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9] "integer indice
 TEST(ExtremesTest, ALampShutInABoxUnderAuto) {
   JobSpec job = Job("auto", 2047);
   job.resolution_x = job.resolution_y = 8;  // an iteration of focal guiding has 64 passes
-  const test::Rendered rendered = test::RenderText(test::Room(R"(AttributeBegin
-AreaLightSource "diffuse" "rgb L" [60 60 60]
-Translate 0.6 -0.6 0.4
-Shape "sphere" "float radius" [0.15]
-AttributeEnd
-Shape "trianglemesh" "point3 P" [0.3 -0.9 0.1  0.9 -0.9 0.1  0.9 -0.9 0.7  0.3 -0.9 0.7  0.3 -0.3 0.1  0.9 -0.3 0.1  0.9 -0.3 0.7  0.3 -0.3 0.7]
-  "integer indices" [0 2 1 0 3 2  4 5 6 4 6 7  3 6 2 3 7 6  0 4 7 0 7 3  1 2 6 1 6 5  0 1 5 0 5 4]
-)"),
-                                                   job);
+  const test::Rendered rendered = test::RenderText(test::Room(test::kLampShutInABox), job);
   EXPECT_EQ(Mean(rendered.image), 0);
   EXPECT_EQ(rendered.report.passes, 2047u);
   EXPECT_EQ(rendered.report.stop_reason, "spp");

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <string>
 
 #include "core/learning/focal_guiding.h"
 #include "tests/support/render.h"
@@ -62,17 +64,26 @@ CompiledJob CompileFile(const char* name, const JobSpec& job) {
   return CompileJob(ParsePbrtFile(std::filesystem::path(LODESTAR_SOURCE_DIR) / "scenes" / name), job);
 }
 
+// In pictures of so many pixels; 0: the scene's.
+JobSpec FocalJob(std::map<std::string, std::string> options, uint64_t spp, int training_iterations, uint32_t width = 0,
+                 uint32_t height = 0) {
+  JobSpec job;
+  job.method = "focal";
+  job.options = std::move(options);
+  job.budget.spp = spp;
+  job.training_iterations = training_iterations;
+  job.resolution_x = width;
+  job.resolution_y = height;
+  job.seed = 1;
+  return job;
+}
+
 TEST(FocalRenderTest, ThePinholeIsTheDensestPlace) {
   constexpr float kRadius = 0.01f;  // as scenes/generate/camera_obscura.py has it
   const Vec3 hole{0, 0.9f, 0};
-  JobSpec job;
-  job.method = "focal";
-  job.options = {{"initial-iterations", "5"}, {"narrowing-iterations", "10"}, {"passes", "64"}};
-  job.budget.spp = 1088;
-  job.training_iterations = 15;  // all of them, though little is left for the picture
-  job.resolution_x = 32;
-  job.resolution_y = 24;
-  job.seed = 1;
+  // All iterations, though little is left for the picture.
+  const JobSpec job =
+      FocalJob({{"initial-iterations", "5"}, {"narrowing-iterations", "10"}, {"passes", "64"}}, 1088, 15, 32, 24);
   const std::vector<Voxel> voxels = Learned(CompileFile("camera-obscura.pbrt", job), job);
   EXPECT_LT(DistanceFrom(hole, Densest(voxels).bounds), 2 * kRadius);
   EXPECT_GT(MassWhere(voxels, [&](Vec3 p) { return Length(p - hole) < 5 * kRadius; }), 0.5);
@@ -81,13 +92,7 @@ TEST(FocalRenderTest, ThePinholeIsTheDensestPlace) {
 // Without next event estimation, which would leave little of its light to be found.
 TEST(FocalRenderTest, ASmallLightIsTheDensestPlace) {
   const Vec3 panel{0, 1.96f, 0};  // 0.15 x 0.15, as scenes/generate/emissive_panel.py has it
-  JobSpec job;
-  job.method = "focal";
-  job.options = {{"nee", "never"}, {"passes", "32"}};
-  job.budget.spp = 416;
-  job.training_iterations = 12;
-  job.resolution_x = job.resolution_y = 24;
-  job.seed = 1;
+  const JobSpec job = FocalJob({{"nee", "never"}, {"passes", "32"}}, 416, 12, 24, 24);
   const std::vector<Voxel> voxels = Learned(CompileFile("emissive-panel.pbrt", job), job);
   EXPECT_LT(DistanceFrom(panel, Densest(voxels).bounds), 0.15);
   EXPECT_GT(MassWhere(voxels, [&](Vec3 p) { return Length(p - panel) < 0.2f; }), 0.25);
@@ -96,14 +101,7 @@ TEST(FocalRenderTest, ASmallLightIsTheDensestPlace) {
 // The flashlight's spot on the ceiling, of a radius of about a metre, is no light, but lights all else.
 TEST(FocalRenderTest, AnIndirectSpotIsFound) {
   const Vec3 spot{-0.35f, 2.1f, -0.1f};  // above the flashlight, as scenes/generate/flashlight.py has it
-  JobSpec job;
-  job.method = "focal";
-  job.options["passes"] = "16";
-  job.budget.spp = 208;
-  job.training_iterations = 12;
-  job.resolution_x = 32;
-  job.resolution_y = 24;
-  job.seed = 1;
+  const JobSpec job = FocalJob({{"passes", "16"}}, 208, 12, 32, 24);
   const std::vector<Voxel> voxels = Learned(CompileFile("flashlight.pbrt", job), job);
   // A hundredth of the room, around the spot's middle.
   const double found = MassWhere(voxels, [&](Vec3 p) {
@@ -144,12 +142,7 @@ Shape "sphere" "float radius" [0.1]
 // The ball's focal length is 0.3 from its middle: the lamp's image lies 0.375 below it, at the rim of the hole 0.3.
 TEST(FocalRenderTest, TheFocusOfALensIsTheDensestPlace) {
   const Vec3 focus{0, 0.66f, 0};
-  JobSpec job;
-  job.method = "focal";
-  job.options = {{"narrowing-iterations", "8"}, {"passes", "64"}};
-  job.budget.spp = 960;
-  job.training_iterations = 14;
-  job.seed = 1;
+  const JobSpec job = FocalJob({{"narrowing-iterations", "8"}, {"passes", "64"}}, 960, 14);
   const std::vector<Voxel> voxels = Learned(CompileJob(ParsePbrtText(kBallLens, "lens.pbrt", "."), job), job);
   EXPECT_LT(DistanceFrom(focus, Densest(voxels).bounds), 0.1);
   EXPECT_GT(MassWhere(voxels, [&](Vec3 p) { return Length(p - focus) < 0.2f; }), 0.3);
@@ -175,12 +168,7 @@ Shape "sphere" "float radius" [0.1]
 
 TEST(FocalRenderTest, ImagesLieBehindMirrors) {
   const Vec3 image{0.5f, 0.1f, 0.1f};
-  JobSpec job;
-  job.method = "focal";
-  job.options["passes"] = "4";
-  job.budget.spp = 64;
-  job.training_iterations = 12;
-  job.seed = 1;
+  JobSpec job = FocalJob({{"passes", "4"}}, 64, 12);
   const CompiledJob compiled = CompileJob(ParsePbrtText(kMirror, "mirror.pbrt", "."), job);
   for (const char* images : {"on", "off"}) {
     job.options["images"] = images;

@@ -6,6 +6,7 @@
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/path_kernel.h"
 #include "tests/tracing/cosine_guide.h"
+#include "tests/tracing/trace_paths.h"
 
 namespace lodestar {
 namespace {
@@ -33,17 +34,10 @@ AttributeBegin Translate 2 0 0 Rotate -90 1 0 0 Shape "disk" "float radius" [1] 
                                                   "alpha.pbrt", "."));
   const PathKernel<kRecord | kEnvironment, Guide> kernel(*scene, PathSettings{}, guide);
   Told told;
-  std::vector<PathVertex> path;
-  PathCounters counters;
-  for (uint32_t y = 0; y < 8; ++y)
-    for (uint32_t x = 0; x < 24; ++x)
-      for (uint32_t pass = 0; pass < 128; ++pass) {
-        Sampler sampler(1, x, y, pass);
-        const Vec2 u = sampler.Next2D();
-        kernel.Trace(scene->camera().Generate({float(x) + u.x, float(y) + u.y}, {}), 0, sampler, &counters, &path);
-        for (const PathVertex& vertex : path)
-          if (vertex.recorded) ++told[vertex.leaf][vertex.alpha];
-      }
+  TracePaths(*scene, kernel, {.width = 24, .height = 8, .passes = 128}, [&](Rgb, const auto& path) {
+    for (const PathVertex& vertex : path)
+      if (vertex.recorded) ++told[vertex.leaf][vertex.alpha];
+  });
   EXPECT_EQ(told.size(), 3u);
   return told;
 }

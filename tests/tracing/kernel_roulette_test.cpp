@@ -9,13 +9,15 @@
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/path_kernel.h"
 #include "tests/tracing/cosine_guide.h"
+#include "tests/tracing/trace_paths.h"
 
 namespace lodestar {
 namespace {
 
-struct ExpectingGuide : CosineGuide {
-  float radiance = 0;
-  float Fluence(const Local&) const { return 1; }
+// Expects the same radiance along every direction, and has another fluence at vertices that face up than at others.
+struct KnowingGuide : CosineGuide {
+  float radiance, fluence_of_floor, fluence_of_roof;
+  float Fluence(const Local& at) const { return at.frame.n.y > 0 ? fluence_of_floor : fluence_of_roof; }
   float Radiance(const Local&, Vec3, float) const { return radiance; }
 };
 
@@ -43,37 +45,31 @@ Shape "trianglemesh" "point3 P" [-9 2 -9  9 2 -9  9 2 9  -9 2 9] "integer indice
   const PathKernel<kRecord | kEnvironment | kSpecular, Guide> kernel(*scene, settings, guide);
   Outcome outcome;
   double sum = 0, squares = 0, count = 0;
-  std::vector<PathVertex> path;
-  PathCounters counters;
-  for (uint32_t y = 0; y < 8; ++y)
-    for (uint32_t x = 0; x < 8; ++x)
-      for (uint32_t pass = 0; pass < 2000; ++pass) {
-        Sampler sampler(seed, x, y, pass);
-        const Vec2 u = sampler.Next2D();
-        const CameraRay ray = scene->camera().Generate({float(x) + u.x, float(y) + u.y}, {});
-        const double sample = Luminance(kernel.Trace(ray, 1, sampler, &counters, &path));
-        sum += sample;
-        squares += sample * sample;
-        ++count;
-        for (const PathVertex& vertex : path) {
-          outcome.ended += vertex.roulette == 0;
-          outcome.strengthened += vertex.roulette > 1;
-          outcome.strongest = std::max(outcome.strongest, vertex.roulette);
-        }
-      }
+  TracePaths(*scene, kernel, {.width = 8, .height = 8, .passes = 2000, .seed = seed, .pixel = 1},
+             [&](Rgb radiance, const auto& path) {
+               const double sample = Luminance(radiance);
+               sum += sample;
+               squares += sample * sample;
+               ++count;
+               for (const PathVertex& vertex : path) {
+                 outcome.ended += vertex.roulette == 0;
+                 outcome.strengthened += vertex.roulette > 1;
+                 outcome.strongest = std::max(outcome.strongest, vertex.roulette);
+               }
+             });
   outcome.mean = sum / count;
   outcome.standard_error = std::sqrt((squares / count - outcome.mean * outcome.mean) / count);
   return outcome;
 }
 
 TEST(KernelRoulette, GlassEndsNoPathThatTheGuideExpectsMuchOf) {
-  const Outcome outcome = Trace(ExpectingGuide{{}, 1e12f}, 1);
+  const Outcome outcome = Trace(KnowingGuide{{}, 1e12f, 1, 1}, 1);
   EXPECT_EQ(outcome.ended, 0);
   EXPECT_EQ(outcome.strengthened, 0);
 }
 
 TEST(KernelRoulette, WhatWasExpectedBeforeGlassHoldsBehindIt) {
-  const Outcome outcome = Trace(ExpectingGuide{{}, 1e-3f}, 1);
+  const Outcome outcome = Trace(KnowingGuide{{}, 1e-3f, 1, 1}, 1);
   EXPECT_GT(outcome.ended, 1000);
   EXPECT_EQ(outcome.strongest, 1 / kLeastSurvival);
 }
@@ -81,17 +77,10 @@ TEST(KernelRoulette, WhatWasExpectedBeforeGlassHoldsBehindIt) {
 TEST(KernelRoulette, TheMeanIsThatOfOtherExpectations) {
   const Outcome unknown = Trace(CosineGuide{}, 1);
   for (const float radiance : {1e-3f, 0.3f, 1e12f}) {
-    const Outcome known = Trace(ExpectingGuide{{}, radiance}, 2);
+    const Outcome known = Trace(KnowingGuide{{}, radiance, 1, 1}, 2);
     EXPECT_NEAR(known.mean, unknown.mean, 4.5 * std::hypot(known.standard_error, unknown.standard_error)) << radiance;
   }
 }
-
-// Expects the same radiance along every direction, and has another fluence at vertices that face up than at others.
-struct KnowingGuide : CosineGuide {
-  float radiance, fluence_of_floor, fluence_of_roof;
-  float Fluence(const Local& at) const { return at.frame.n.y > 0 ? fluence_of_floor : fluence_of_roof; }
-  float Radiance(const Local&, Vec3, float) const { return radiance; }
-};
 
 constexpr float kFloor = 0.5f, kRoof = 0.8f;  // albedos, below
 
@@ -115,26 +104,18 @@ AttributeBegin Translate 0 2 0 Rotate 90 1 0 0 Shape "disk" "float radius" [9] A
                                                   "room.pbrt", "."));
   const PathKernel<kRecord | kEnvironment, KnowingGuide> kernel(*scene, settings, guide);
   std::array<Survival, 4> depths;
-  std::vector<PathVertex> path;
-  PathCounters counters;
-  for (uint32_t y = 0; y < 8; ++y)
-    for (uint32_t x = 0; x < 8; ++x)
-      for (uint32_t pass = 0; pass < 200; ++pass) {
-        Sampler sampler(1, x, y, pass);
-        const Vec2 u = sampler.Next2D();
-        const CameraRay ray = scene->camera().Generate({float(x) + u.x, float(y) + u.y}, {});
-        kernel.Trace(ray, pixel, sampler, &counters, &path);
-        for (size_t depth = 0; depth < std::min(path.size(), depths.size()); ++depth) {
-          const PathVertex& vertex = path[depth];
-          if (!vertex.recorded) continue;
-          Survival& survival = depths[depth];
-          ++survival.vertices;
-          if (vertex.roulette == 0) continue;
-          ++survival.survivors;
-          survival.least = std::min(survival.least, vertex.roulette);
-          survival.most = std::max(survival.most, vertex.roulette);
-        }
-      }
+  TracePaths(*scene, kernel, {.width = 8, .height = 8, .passes = 200, .pixel = pixel}, [&](Rgb, const auto& path) {
+    for (size_t depth = 0; depth < std::min(path.size(), depths.size()); ++depth) {
+      const PathVertex& vertex = path[depth];
+      if (!vertex.recorded) continue;
+      Survival& survival = depths[depth];
+      ++survival.vertices;
+      if (vertex.roulette == 0) continue;
+      ++survival.survivors;
+      survival.least = std::min(survival.least, vertex.roulette);
+      survival.most = std::max(survival.most, vertex.roulette);
+    }
+  });
   return depths;
 }
 

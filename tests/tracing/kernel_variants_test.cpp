@@ -10,6 +10,7 @@
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/path_kernel.h"
 #include "tests/tracing/cosine_guide.h"
+#include "tests/tracing/trace_paths.h"
 
 namespace lodestar {
 namespace {
@@ -68,18 +69,13 @@ Traced Trace(const Scene& scene) {
   const CosineGuide guide;
   const PathKernel<kFeatures, CosineGuide> kernel(scene, PathSettings{.max_depth = 6}, guide);
   Traced traced;
-  std::vector<PathVertex> path;
-  for (uint32_t y = 0; y < 12; ++y)
-    for (uint32_t x = 0; x < 12; ++x)
-      for (uint32_t pass = 0; pass < 8; ++pass) {
-        Sampler sampler(1, x, y, pass);
-        const Vec2 u = sampler.Next2D();
-        traced.radiance.push_back(kernel.Trace(scene.camera().Generate({float(x) + u.x, float(y) + u.y}, {}), 0,
-                                               sampler, &traced.counters, &path));
+  traced.counters =
+      TracePaths(scene, kernel, {.width = 12, .height = 12, .passes = 8}, [&](Rgb radiance, const auto& path) {
+        traced.radiance.push_back(radiance);
         // Without an environment nothing is kept of a path that left the scene.
         std::ranges::copy_if(path, std::back_inserter(traced.vertices),
                              [](const PathVertex& v) { return std::isfinite(v.distance) || !IsBlack(v.emitted); });
-      }
+      });
   return traced;
 }
 
