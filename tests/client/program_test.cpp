@@ -36,9 +36,9 @@ TEST(Program, HelpListsCommandsOptionsDefaultsAndExamples) {
     EXPECT_THAT(ran.out, HasSubstr("--json")) << command;
   }
   const Ran render = RunLodestar({"render", "--help"});
-  for (const char* part :
-       {"--method", "--spp", "--time", "--error", "--resolution", "--filter", "--max-depth", "--threads", "--seed",
-        "--output", "--option", "--nee", "--combine", "--training-iterations", "--reference", "Examples:"}) {
+  for (const char* part : {"--method", "--spp", "--time", "--error", "--resolution", "--filter", "--max-depth",
+                           "--threads", "--seed", "--output", "--option", "--nee", "--combine", "--training-iterations",
+                           "--training-passes", "--reference", "Examples:"}) {
     EXPECT_THAT(render.out, HasSubstr(part));
   }
   EXPECT_THAT(RunLodestar({"--version"}).out, StartsWith("lodestar 0."));
@@ -327,6 +327,18 @@ TEST(Program, AConnectionThatDropsEndsARender) {
   std::signal(SIGHUP, before);
   EXPECT_EQ(ran.code, 130) << ran.err;
   EXPECT_EQ(ReadImageFile(folder / "a.pfm").width, 16u);
+}
+
+TEST(Program, AReaderThatIsGoneEndsNoRender) {
+  TemporaryFolder folder;
+  const std::string scene = folder.Write("tiny.pbrt", kTinyScene);
+  // The reader has gone before the first line.
+  const Ran ran = RunProgram({"bash", "-c", "exec 2> >(exec true); sleep 0.3; \"$@\"", "bash", LODESTAR_PROGRAM,
+                              "render", scene, "--method", "path", "--spp", "4", "-o", folder / "a.pfm"},
+                             kNoPlot);
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_EQ(ReadImageFile(folder / "a.pfm").width, 16u);
+  EXPECT_TRUE(std::filesystem::exists(folder / "a.json")) << "the last of them";
 }
 
 // It takes its ten seconds: the first picture comes then.
