@@ -69,7 +69,7 @@ using MethodFactory = std::function<std::unique_ptr<Method>(const JobSpec&, cons
 // when the next iteration would leave less than half of the budget to the last one (by spp, also where less than the
 // next two doublings together is left; by time and error: predicted; a race between methods may take more); and for
 // Combination::kAutomatic once the predicted final variance stops falling (Mueller et al. 2017, section 5.3). An
-// iteration that turns out slower than was predicted (guided paths are longer) is cut short at half of the time.
+// iteration that turns out far slower than was predicted (guided paths are longer) is cut short, and with it training.
 class Loop {
  public:
   struct Hooks {

@@ -242,7 +242,7 @@ TEST(Loop, AStopInTrainingReplays) {
 }
 
 // Guided paths may be longer than those whose time told how long an iteration would take.
-TEST(Loop, AnIterationSlowerThanPredictedIsCutAtHalfOfTheTimeAndReplays) {
+TEST(Loop, AnIterationFarSlowerThanPredictedIsCutShortAndReplays) {
   JobSpec job = SyntheticJob("sdtree", 0);
   job.budget.seconds = 2000;
   ManualClock clock;
@@ -261,6 +261,13 @@ TEST(Loop, AnIterationSlowerThanPredictedIsCutAtHalfOfTheTimeAndReplays) {
   replay.budget = {report.passes, 0, 0};
   replay.training_passes = report.training_passes;
   EXPECT_EQ(RunJob(replay).result, ResultOf(loop));
+  // Somewhat slower it stays whole: 255 s, and 256 passes of 3 s.
+  ManualClock almost;
+  Loop whole(job, SyntheticSurvey());
+  SlowingExecutor slower(whole, &almost,
+                         [](const Round& round) { return round.passes * (round.iteration < 8 ? 1 : 3); });
+  whole.Run(slower, StopToken(), {}, almost);
+  EXPECT_EQ(whole.Report().training_passes, 511u);
   // Where the job says how long it trains, no time cuts it.
   job.training_iterations = 9;
   ManualClock again;
