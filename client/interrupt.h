@@ -1,6 +1,5 @@
 // Ctrl-C: the first asks the work to stop and lets the command write what it has, the second ends the process at once.
-// A terminal that hangs up (SIGHUP) only asks, however often; a pipe whose reader is gone (SIGPIPE) asks nothing: the
-// work goes on, its lines go nowhere.
+// A terminal that hangs up (SIGHUP) only asks, however often.
 #pragma once
 
 #include "core/base/stop.h"

@@ -146,7 +146,6 @@ JobSpec JobArguments::ToJob() const {
   if (max_depth < 0) throw Error(ErrorKind::kInvalidInput, "--max-depth must be at least 1");
   job.max_depth = max_depth;
   job.training_iterations = training_iterations;
-  job.training_passes = training_passes;
   job.lenient = lenient;
   return job;
 }
@@ -160,12 +159,9 @@ void AddJobOptions(CLI::App& app, JobArguments& arguments, const JobOptionGroups
         ->type_name("NAME=VALUE")
         ->take_all();
     app.add_option("--training-iterations", arguments.training_iterations,
-                   "Learn for that many iterations [-1: the method and the budget decide]")
+                   "Learn for that many iterations; a run by time or error reports its number, and a replay needs it "
+                   "[-1: the method decides]")
         ->check(Unnamed(CLI::Range(-1, 1000)));
-    app.add_option("--training-passes", arguments.training_passes,
-                   "Learn for that many samples per pixel, the last iteration cut short if need be; a run by time or "
-                   "error reports its number, and repeating it needs it [the method and the budget decide]")
-        ->type_name("UINT");
   }
   if (groups.budget) {
     app.add_option("--spp", arguments.spp,

@@ -20,7 +20,6 @@ struct JobArguments {
   uint64_t spp = 0, seed = 0;
   double error = 0;
   int max_depth = 0, training_iterations = -1;
-  std::optional<uint64_t> training_passes;
   bool lenient = false;
   std::vector<std::string> assignments;      // --option NAME=VALUE
   std::map<std::string, std::string> flags;  // --NAME VALUE of the registry's options, where given

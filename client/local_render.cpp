@@ -53,7 +53,7 @@ RenderResult RenderLocally(const CompiledJob& compiled, const JobSpec& job, int 
   if (guide != nullptr) {
     guide->job = job;
     guide->survey = compiled.survey;
-    guide->iterations = static_cast<uint32_t>(result.report.training_iterations);
+    guide->iterations = result.report.iterations - 1;
     guide->state = result.state->Serialize();
   }
   return result;

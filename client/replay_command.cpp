@@ -111,7 +111,7 @@ ExitCode Replay(const ReplayArguments& arguments) {
     throw Error(ErrorKind::kInvalidInput,
                 "this job has no pass " + std::to_string(arguments.pass) + " in iteration " +
                     std::to_string(arguments.iteration) +
-                    "; give --method, --option, --spp and --training-passes as the health report printed them");
+                    "; give --method, --option, --spp and --training-iterations as the health report printed them");
   }
   const Rgb c = executor.sample()->radiance;
   char bits[96];

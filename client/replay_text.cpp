@@ -22,7 +22,7 @@ std::string ReplayCommand(const nlohmann::json& report, const std::string& scene
   command += " --resolution " + scene.at("resolution").at(0).dump() + "x" + scene.at("resolution").at(1).dump();
   command += " --max-depth " + scene.at("max_depth").dump();
   // With these two as budget a job ends as the original did, however that was decided, so the states are the same.
-  command += " --spp " + result.at("spp").dump() + " --training-passes " + result.at("training_passes").dump();
+  command += " --spp " + result.at("spp").dump() + " --training-iterations " + result.at("training_iterations").dump();
   command += " --pixel " + first.at("pixel").at(0).dump() + "," + first.at("pixel").at(1).dump();
   command += " --pass " + first.at("pass").dump() + " --iteration " + first.at("iteration").dump();
   return command;

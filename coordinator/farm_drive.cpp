@@ -85,10 +85,10 @@ void Farm::StoreResult(Job& job, const Loop& loop, JobPhase phase, const std::st
   const std::string report = DumpJson(ReportToJson(FinalReport(loop, developed)), -1);
   ContentHash guide;
   if (Learns(loop.method())) {
-    guide = blobs_->Put(GuideFile{loop.job(), loop.survey(), static_cast<uint32_t>(loop.Report().training_iterations),
-                                  loop.state()->Serialize(), std::nullopt}
-                            .Serialize(),
-                        BlobStore::For::kResult);
+    guide = blobs_->Put(
+        GuideFile{loop.job(), loop.survey(), loop.Report().iterations - 1, loop.state()->Serialize(), std::nullopt}
+            .Serialize(),
+        BlobStore::For::kResult);
   }
   CrashPoint("result-blob");
   PersistEnd(job, [&](StoredJob& stored) {

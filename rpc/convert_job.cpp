@@ -17,7 +17,6 @@ v1::JobSpec ToProto(const JobSpec& spec) {
   message.set_filter(spec.filter);
   message.set_max_depth(spec.max_depth);
   message.set_training_iterations(spec.training_iterations);
-  if (spec.training_passes) message.set_training_passes(*spec.training_passes);
   message.set_lenient(spec.lenient);
   return message;
 }
@@ -35,7 +34,6 @@ JobSpec FromProto(const v1::JobSpec& message) {
   spec.filter = message.filter();
   spec.max_depth = message.max_depth();
   spec.training_iterations = message.training_iterations();
-  if (message.has_training_passes()) spec.training_passes = message.training_passes();
   spec.lenient = message.lenient();
   spec.budget.Check();
   if (spec.max_depth < 0 || spec.max_depth > 100000)

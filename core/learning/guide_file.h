@@ -14,7 +14,7 @@ namespace lodestar {
 struct GuideFile {
   JobSpec job;
   Survey survey;
-  uint32_t iterations = 0;  // of training that made the state
+  uint32_t iterations = 0;  // of training that made the state: one that a run ended within is not among them
   Bytes state;              // State::Serialize()
   // What the last training iteration advanced from: state and sums of the method that is active now, hence the records
   // that its state was made from. Kept so that D-trees can be shown before their reconstruction. Not there where no

@@ -8,7 +8,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kJobMagic = DocumentMagic("LDJB"), kJobVersion = 3;
+constexpr uint32_t kJobMagic = DocumentMagic("LDJB"), kJobVersion = 2;
 constexpr uint32_t kSurveyMagic = DocumentMagic("LDSV"), kSurveyVersion = 5;
 
 void PutVec(ByteWriter& out, Vec3 v) {
@@ -50,8 +50,6 @@ Bytes JobSpec::Serialize() const {
   out.PutString(filter);
   out.Put<int32_t>(max_depth);
   out.Put<int32_t>(training_iterations);
-  out.Put<uint8_t>(training_passes ? 1 : 0);
-  if (training_passes) out.Put(*training_passes);
   out.Put<uint8_t>(lenient ? 1 : 0);
   return Seal(std::move(out));
 }
@@ -77,7 +75,6 @@ JobSpec JobSpec::Parse(std::string_view bytes) {
   job.filter = in.GetString();
   job.max_depth = in.Get<int32_t>();
   job.training_iterations = in.Get<int32_t>();
-  if (in.GetFlag()) job.training_passes = in.Get<uint64_t>();
   job.lenient = in.GetFlag();
   in.ExpectEnd();
   return job;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,14 +31,12 @@ struct JobSpec {
   Budget budget;
   uint64_t seed = 0;
   uint32_t resolution_x = 0, resolution_y = 0;  // 0: the scene's
-  std::string filter;            // "", or box | triangle | gaussian | mitchell with the scene's or the default radius
-  int max_depth = 0;             // 0: the scene's
-  int training_iterations = -1;  // -1: decided by the method and the budget
-  // Training ends after so many passes, within an iteration if need be. A run by time or error reports the options its
-  // method decided on, these, and the passes it ended with; a job with them, the last as `budget.spp`, gives the same
-  // bits.
-  std::optional<uint64_t> training_passes;
-  bool lenient = false;  // leave out (and list) what the scene has and is not supported, instead of refusing it
+  std::string filter;  // "", or box | triangle | gaussian | mitchell with the scene's or the default radius
+  int max_depth = 0;   // 0: the scene's
+  // A run by time or error reports the options its method decided on, the passes and the training iterations it ended
+  // with; a job with these, the passes as `budget.spp`, gives the same bits.
+  int training_iterations = -1;  // -1: decided by the method at iteration ends
+  bool lenient = false;          // leave out (and list) what the scene has and is not supported, instead of refusing it
 
   Bytes Serialize() const;
   // Throws Error(kCorrupt), or (kConflict) for another version's bytes; what the values mean is checked by whoever uses

@@ -19,9 +19,6 @@ constexpr uint64_t kMinPassesForErrorStop = 16;
 constexpr uint64_t kMinPassesForNoError = 1024;
 // The same for the variances of iterations.
 constexpr uint64_t kMinPassesForAutomatic = 8;
-// Training is to end at half of the time, but an iteration that takes somewhat longer than predicted, as most do, is
-// worth more whole than cut: of the time.
-constexpr double kMostTraining = 0.625;
 // Measuring takes time, and neighbouring points tell little: one for every five per cent more passes (two where the
 // error ends the job), 200 in all.
 constexpr double kPointSpacing = 1.05, kPointSpacingByError = 1.02;
@@ -121,9 +118,8 @@ Round Loop::RoundAt(uint32_t iteration, uint32_t index, bool final, uint64_t don
   round.record = !final;
   // The last iteration's rounds begin with as many passes as there were before, so that the first picture of a job
   // comes soon.
-  uint64_t wanted =
+  const uint64_t wanted =
       final ? std::bit_floor(std::max<uint64_t>(1, before)) : method_->IterationPasses(*state_, iteration) - done;
-  if (!final && job_.training_passes) wanted = std::min(wanted, *job_.training_passes - before);
   const uint64_t most = PassesPerRound(grid_.width(), grid_.height(), round.record);
   round.passes = static_cast<uint32_t>(std::min({wanted, most, SppBudget() - before}));
   return round;
@@ -137,8 +133,7 @@ Round Loop::NextRound() const {
 
 std::optional<Round> Loop::RoundAfter(const Round& round) const {
   const uint64_t done = iteration_passes_ + round.passes, passes = passes_ + round.passes;
-  if (passes >= SppBudget()) return std::nullopt;
-  if (!final_iteration_ && (done >= method_->IterationPasses(*state_, iteration_) || TrainingPassesOver(passes)))
+  if (passes >= SppBudget() || (!final_iteration_ && done >= method_->IterationPasses(*state_, iteration_)))
     return std::nullopt;
   return RoundAt(iteration_, round_ + 1, final_iteration_, done, passes);
 }
@@ -173,9 +168,7 @@ void Loop::DecideStop(const Round& round, double round_seconds, const Image* ref
     finished_ = true;
     report_.stop_reason = reason;
   };
-  const double seconds_per_pass = round_seconds / round.passes;
-  const bool whole = iteration_passes_ >= method_->IterationPasses(*state_, iteration_);
-  iteration_complete_ = !final_iteration_ && (whole || CutsTraining(seconds_per_pass));
+  iteration_complete_ = !final_iteration_ && iteration_passes_ >= method_->IterationPasses(*state_, iteration_);
   if (passes_ >= SppBudget()) finish("spp");
 
   const bool first = report_.points.empty();
@@ -189,9 +182,10 @@ void Loop::DecideStop(const Round& round, double round_seconds, const Image* ref
   if (measured && job_.budget.error > 0 && error_ <= job_.budget.error && iteration_passes_ >= passes_to_believe)
     return finish("error");
   if (iteration_complete_) {
-    next_is_final_ = !whole || EndsTraining(iteration_ + 1);
+    next_is_final_ = EndsTraining(iteration_ + 1);
     previous_prediction_ = PredictedVariance();
   }
+  const double seconds_per_pass = round_seconds / round.passes;
   if (TimeBudgetOver(seconds_per_pass * NextRound().passes)) {
     finish("time");
     if (!measured) Measure(reference);
@@ -207,29 +201,11 @@ bool Loop::TimeBudgetOver(double next_round_seconds) const {
 
 // ---- Iterations ----
 
-bool Loop::TrainingPassesOver(uint64_t passes) const {
-  return job_.training_passes && passes >= *job_.training_passes;
-}
-
-// What the job says, or the method; nothing: the loop decides.
-std::optional<uint32_t> Loop::FixedTrainingIterations() const {
-  const int fixed = job_.training_iterations >= 0 ? job_.training_iterations : method_->TrainingIterations();
-  return fixed >= 0 ? std::optional(static_cast<uint32_t>(fixed)) : std::nullopt;
-}
-
-bool Loop::CutsTraining(double seconds_per_pass) const {
-  if (TrainingPassesOver(passes_)) return true;
-  if (job_.training_passes || FixedTrainingIterations() || job_.budget.seconds <= 0) return false;
-  const Round next = RoundAt(iteration_, round_, false, iteration_passes_, passes_);
-  return seconds_ + last_advance_seconds_ + seconds_per_pass * next.passes > kMostTraining * job_.budget.seconds;
-}
-
 bool Loop::EndsTraining(uint32_t next) const {
   const uint64_t passes = method_->IterationPasses(*state_, next);
   if (passes == 0) return true;
-  if (TrainingPassesOver(passes_)) return true;
-  if (const std::optional<uint32_t> fixed = FixedTrainingIterations()) return next >= *fixed;
-  if (job_.training_passes) return false;
+  const int fixed = job_.training_iterations >= 0 ? job_.training_iterations : method_->TrainingIterations();
+  if (fixed >= 0) return next >= static_cast<uint32_t>(fixed);
 
   const uint64_t after = method_->IterationPasses(*state_, next + 1);
   const uint64_t two_doublings = passes + (after > 0 ? after : 2 * passes);
@@ -352,7 +328,6 @@ JobReport Loop::Report() const {
   report.passes = passes_;
   report.iterations = iteration_ + 1;
   report.training_iterations = static_cast<int>(iteration_) + (final_iteration_ ? 0 : 1);
-  report.training_passes = passes_ - (final_iteration_ ? iteration_passes_ : 0);
   report.seconds = seconds_;
   report.seconds_learning = seconds_learning_;
   report.choice = method_->Explain(*state_);

@@ -25,8 +25,8 @@ class Executor {
   virtual std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
                                               const StopToken& stop) = 0;
   // Called before Execute(state, round): the round that would come after it under the same state, if no budget ends the
-  // run or its training first. An executor may begin it while `round` drains, and must be ready to throw it away. The
-  // loop leaves this out where the state will advance in between.
+  // run first. An executor may begin it while `round` drains, and must be ready to throw it away. The loop leaves this
+  // out where the state will advance in between.
   virtual void Announce(const std::shared_ptr<const State>& state, const Round& next) {}
 };
 
@@ -46,8 +46,7 @@ struct JobReport {
   HealthReport health;
   uint64_t passes = 0;
   uint32_t iterations = 0;
-  int training_iterations = 0;
-  uint64_t training_passes = 0;  // before the last iteration; with `passes`, what a replay needs
+  int training_iterations = 0;  // with `passes`, what a replay needs
   double seconds = 0, seconds_learning = 0;
   uint64_t rays = 0, paths = 0, vertices = 0;
   std::string stop_reason;  // "spp", "time", "error", "stopped"
@@ -65,11 +64,10 @@ using MethodFactory = std::function<std::unique_ptr<Method>(const JobSpec&, cons
 
 // Iterations. Those before the last train: they have as many passes as the method says, and what they recorded advances
 // the state. The last one only renders and takes what the budget still gives. When training ends is decided at
-// iteration ends and stored: after JobSpec::training_passes or training_iterations, or the method's own number; else
-// when the next iteration would leave less than half of the budget to the last one (by spp, also where less than the
-// next two doublings together is left; by time and error: predicted; a race between methods may take more); and for
-// Combination::kAutomatic once the predicted final variance stops falling (Mueller et al. 2017, section 5.3). An
-// iteration that turns out far slower than was predicted (guided paths are longer) is cut short, and with it training.
+// iteration ends and stored: after JobSpec::training_iterations, or the method's own number; else when the next
+// iteration would leave less than half of the budget to the last one (by spp, also where less than the next two
+// doublings together is left; by time and error: predicted; a race between methods may take more); and for
+// Combination::kAutomatic once the predicted final variance stops falling (Mueller et al. 2017, section 5.3).
 class Loop {
  public:
   struct Hooks {
@@ -114,10 +112,6 @@ class Loop {
   Round RoundAt(uint32_t iteration, uint32_t index, bool final, uint64_t done, uint64_t passes) const;
   std::optional<Round> RoundAfter(const Round& round) const;  // under the same state
   bool TimeBudgetOver(double next_round_seconds) const;
-  // Whether the training iteration at hand ends before it is whole, and training with it.
-  bool CutsTraining(double seconds_per_pass) const;
-  bool TrainingPassesOver(uint64_t passes) const;
-  std::optional<uint32_t> FixedTrainingIterations() const;
   // Round edges.
   void AddRound(const Round& round, Contribution contribution);
   void DecideStop(const Round& round, double round_seconds, const Image* reference);
@@ -150,7 +144,7 @@ class Loop {
 };
 
 // The report of a run that has ended, hashes included; `image` is what it has developed. Two runs of one job that ended
-// after as many passes and training iterations have the same hashes, wherever they ran.
+// after as many passes and training iterations, neither stopped by hand, have the same hashes, wherever they ran.
 JobReport FinalReport(const Loop& loop, const Image& image);
 
 // Passes in a round: enough samples that a round's overhead vanishes and few enough that budgets by time are met

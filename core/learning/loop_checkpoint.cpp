@@ -109,12 +109,11 @@ class LoopCheckpoint {
     // Whatever else the position says, the next round must be computable from it.
     const uint64_t bound = loop->method_->IterationPasses(*loop->state_, loop->iteration_);
     const bool training = !loop->final_iteration_;
-    const bool fits =
-        loop->iteration_passes_ <= loop->passes_ && loop->passes_ <= loop->SppBudget() &&
-        (loop->finished_ || loop->passes_ < loop->SppBudget()) &&
-        (!training || (bound > 0 && loop->iteration_passes_ <= bound)) &&
-        (!loop->iteration_complete_ || (training && (loop->next_is_final_ || loop->iteration_passes_ == bound))) &&
-        (!training || loop->finished_ || loop->iteration_complete_ || loop->iteration_passes_ < bound);
+    const bool fits = loop->iteration_passes_ <= loop->passes_ && loop->passes_ <= loop->SppBudget() &&
+                      (loop->finished_ || loop->passes_ < loop->SppBudget()) &&
+                      (!training || (bound > 0 && loop->iteration_passes_ <= bound)) &&
+                      (!loop->iteration_complete_ || (training && loop->iteration_passes_ == bound)) &&
+                      (!training || loop->finished_ || loop->iteration_complete_ || loop->iteration_passes_ < bound);
     if (!fits) in.Fail("has a position that its job cannot be in");
   }
 

@@ -115,7 +115,6 @@ Json ReportToJson(const JobReport& report) {
                     {"spp", report.passes},
                     {"iterations", report.iterations},
                     {"training_iterations", report.training_iterations},
-                    {"training_passes", report.training_passes},
                     {"seconds", report.seconds},
                     {"seconds_learning", report.seconds_learning},
                     {"rays", report.rays},

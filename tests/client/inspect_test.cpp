@@ -81,6 +81,10 @@ TEST_F(Inspect, TheFileHoldsTheStateTheRunEndedWith) {
   const GuideFile file = GuideFile::Read(state_);
   EXPECT_EQ(Sha256(file.state).hex, report["result"]["state_sha256"].get<std::string>());
   EXPECT_EQ(file.iterations, report["result"]["training_iterations"].get<uint32_t>());
+  // Where the budget ends within training, that iteration has made no state.
+  const auto cut = Render({"--training-iterations", "20"});
+  EXPECT_EQ(cut["result"]["training_iterations"], cut["result"]["iterations"]);
+  EXPECT_EQ(GuideFile::Read(state_).iterations + 1, cut["result"]["iterations"].get<uint32_t>());
   EXPECT_EQ(file.survey.scene_hash, report["scene"]["hash"].get<std::string>());
   EXPECT_EQ(file.Serialize(), GuideFile::Parse(file.Serialize(), "copy").Serialize());
   // To save the state changes nothing.

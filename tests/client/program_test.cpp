@@ -36,9 +36,9 @@ TEST(Program, HelpListsCommandsOptionsDefaultsAndExamples) {
     EXPECT_THAT(ran.out, HasSubstr("--json")) << command;
   }
   const Ran render = RunLodestar({"render", "--help"});
-  for (const char* part : {"--method", "--spp", "--time", "--error", "--resolution", "--filter", "--max-depth",
-                           "--threads", "--seed", "--output", "--option", "--nee", "--combine", "--training-iterations",
-                           "--training-passes", "--reference", "Examples:"}) {
+  for (const char* part :
+       {"--method", "--spp", "--time", "--error", "--resolution", "--filter", "--max-depth", "--threads", "--seed",
+        "--output", "--option", "--nee", "--combine", "--training-iterations", "--reference", "Examples:"}) {
     EXPECT_THAT(render.out, HasSubstr(part));
   }
   EXPECT_THAT(RunLodestar({"--version"}).out, StartsWith("lodestar 0."));

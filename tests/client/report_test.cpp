@@ -24,7 +24,6 @@ JobReport Sample() {
   report.survey.scene_hash = "abc";
   report.passes = 31;
   report.training_iterations = 4;
-  report.training_passes = 15;
   report.seconds = 2;
   report.rays = 1000;
   report.stop_reason = "spp";
@@ -113,7 +112,7 @@ TEST(Report, TheReplayCommandNamesTheFirstOffenderAndTheJobsEnd) {
   report.health.Count(HealthEvent::kNan, 9, 4, 12, 3);
   EXPECT_EQ(ReplayCommand(ReportToJson(report), "my scene.pbrt"),
             "lodestar replay 'my scene.pbrt' --method sdtree --option nee=always --seed 7 --resolution 32x16 "
-            "--max-depth 5 --spp 31 --training-passes 15 "
+            "--max-depth 5 --spp 31 --training-iterations 4 "
             "--pixel 9,4 --pass 12 --iteration 3");
   report.job.lenient = true;
   EXPECT_THAT(ReplayCommand(ReportToJson(report), "s.pbrt"), HasSubstr(" --lenient "));

@@ -70,21 +70,6 @@ TEST(Checkpoint, OtherCombinationsToo) {
   }
 }
 
-TEST(Checkpoint, AnIterationThatIsCutShortToo) {
-  JobSpec job = JobOf("sdtree", "inverse-variance");
-  job.training_passes = 21;  // the fifth iteration is of 16
-  test::Result expected;
-  const std::vector<Bytes> checkpoints = CheckpointsOf(job, &expected);
-  for (const Bytes& checkpoint : checkpoints) {
-    const auto loop = Loop::Restore(checkpoint);
-    ManualClock clock;
-    SyntheticExecutor executor(*loop, {.clock = &clock});
-    loop->Run(executor, StopToken(), {}, clock);
-    EXPECT_EQ(ResultOf(*loop), expected);
-    EXPECT_EQ(loop->Report().training_passes, 21u);
-  }
-}
-
 TEST(Checkpoint, AFinishedLoopStaysFinished) {
   test::Result expected;
   const auto loop = Loop::Restore(CheckpointsOf(JobOf("path", ""), &expected).back());

@@ -22,7 +22,6 @@ JobSpec SomeJob() {
   job.filter = "gaussian";
   job.max_depth = 20;
   job.training_iterations = 4;
-  job.training_passes = 11;
   job.lenient = true;
   return job;
 }
@@ -53,8 +52,6 @@ TEST(JobSpec, RoundTrip) {
   EXPECT_EQ(back.filter, job.filter);
   EXPECT_EQ(back.max_depth, job.max_depth);
   EXPECT_EQ(back.training_iterations, job.training_iterations);
-  EXPECT_EQ(back.training_passes, job.training_passes);
-  EXPECT_FALSE(JobSpec::Parse(JobSpec().Serialize()).training_passes);
   EXPECT_TRUE(back.lenient);
   EXPECT_FALSE(JobSpec::Parse(JobSpec().Serialize()).lenient);
   EXPECT_EQ(back.Serialize(), job.Serialize());

@@ -43,9 +43,7 @@ TEST(Convert, JobSpecSurvives) {
   spec.max_depth = 7;
   spec.training_iterations = -1;
   EXPECT_EQ(FromProto(ToProto(spec)).Serialize(), spec.Serialize());
-  EXPECT_FALSE(FromProto(ToProto(spec)).training_passes);
   spec.training_iterations = 3;
-  spec.training_passes = 0;
   spec.lenient = true;
   EXPECT_TRUE(FromProto(ToProto(spec)).lenient);
   EXPECT_EQ(FromProto(ToProto(spec)).Serialize(), spec.Serialize());

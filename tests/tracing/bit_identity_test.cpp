@@ -200,7 +200,7 @@ TEST_P(ReplayTest, ARunByTimeReplaysFromItsReport) {
   const test::Rendered timed = test::Render(compiled, job);
   JobSpec replay = timed.report.job;
   replay.budget = {.spp = timed.report.passes};
-  replay.training_passes = timed.report.training_passes;
+  replay.training_iterations = timed.report.training_iterations;
   const test::Rendered again = test::Render(compiled, replay);
   ExpectSameImage(timed.image, again.image);
   EXPECT_EQ(timed.state, again.state);
