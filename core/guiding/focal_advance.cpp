@@ -103,7 +103,7 @@ float NextScale(const FocalField& field, const FocalStatistics& statistics, doub
 
 }  // namespace
 
-std::shared_ptr<const FocalField> Advance(const FocalField& field, const FocalStatistics& statistics) {
+std::shared_ptr<const FocalField> Advance(const FocalField& field, const FocalStatistics& statistics, bool last) {
   LODESTAR_CHECK(field.fingerprint() == statistics.field()->fingerprint());
   const FocalOptions& options = field.options();
   const double unscale = 1.0 / field.radiance_scale(), kept = options.decay * field.weight() / field.mass();
@@ -135,7 +135,7 @@ std::shared_ptr<const FocalField> Advance(const FocalField& field, const FocalSt
   parts.weight = total;
 
   // Change the shape.
-  const bool last = parts.iteration == options.iterations();
+  last |= parts.iteration == options.iterations();
   for (size_t i = 0; i < octrees.size(); ++i) {
     if (last && options.prune_ratio > 0) {
       octrees[i].Prune(options.prune_ratio);

@@ -14,6 +14,8 @@
 
 namespace lodestar {
 
-std::shared_ptr<const FocalField> Advance(const FocalField& field, const FocalStatistics& statistics);
+// last: training ends here, whatever iterations the options have left.
+std::shared_ptr<const FocalField> Advance(const FocalField& field, const FocalStatistics& statistics,
+                                          bool last = false);
 
 }  // namespace lodestar

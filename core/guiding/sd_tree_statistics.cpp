@@ -11,6 +11,9 @@ namespace {
 
 constexpr uint64_t kOneRecord = uint64_t{1} << 24;
 constexpr size_t kBatch = 16;
+// Of the hash of a path by which its records are filtered and halved: neither may share bits with the numbers that the
+// path was drawn with, which are hashes of the same key.
+constexpr uint64_t kFilterSalt = 0x2545f4914f6cdd1dULL;
 using SpatialFilter = SdTreeOptions::SpatialFilter;
 using DirectionalFilter = SdTreeOptions::DirectionalFilter;
 using Target = SdTreeOptions::Target;
@@ -191,11 +194,12 @@ void SdTreeStatistics::Record(const SdTreeRecord& record, Vec3 u_spatial, uint32
 
 void SdTreeStatistics::Record(std::span<const SdTreeRecord> records, uint64_t key) {
   std::array<Vec3, kBatch> u;
-  half_ = static_cast<uint32_t>(Mix64(key) >> 63) & (halves_ - 1);
+  const uint64_t own = Mix64(key ^ kFilterSalt);
+  half_ = static_cast<uint32_t>(own >> 63) & (halves_ - 1);
   for (size_t first = 0; first < records.size(); first += kBatch) {
     const size_t count = std::min(kBatch, records.size() - first);
     for (size_t i = 0; i < count; ++i) {
-      const uint64_t xy = Mix64(key + (first + i) * 0x9e3779b97f4a7c15ULL), z = xy * 0xc4ceb9fe1a85ec53ULL;
+      const uint64_t xy = Mix64(own + (first + i + 1) * 0x9e3779b97f4a7c15ULL), z = xy * 0xc4ceb9fe1a85ec53ULL;
       u[i] = {Sampler::ToUnit(static_cast<uint32_t>(xy)), Sampler::ToUnit(static_cast<uint32_t>(xy >> 32)),
               Sampler::ToUnit(static_cast<uint32_t>(z >> 32))};
     }

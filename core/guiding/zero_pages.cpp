@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <cstring>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -31,7 +32,10 @@ std::vector<Kept> kept;  // guarded by `mutex`
 ZeroMapping MapZeroPages(size_t bytes) {
   void* address = nullptr;
   if (bytes < kLargePage) {
-    address = std::calloc(bytes, 1);
+    constexpr size_t kLine = 64;
+    bytes = (bytes + kLine - 1) / kLine * kLine;
+    address = std::aligned_alloc(kLine, bytes);
+    if (address != nullptr) std::memset(address, 0, bytes);
   } else {
     {
       std::lock_guard lock(mutex);

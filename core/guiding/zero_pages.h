@@ -17,7 +17,7 @@ struct ZeroMapping {
   void* address = nullptr;
   size_t bytes = 0;  // of address space
 };
-// Of at least so many bytes. Throws Error(kIo) when the address space is refused.
+// Of at least so many bytes, aligned to a cache line. Throws Error(kIo) when the address space is refused.
 ZeroMapping MapZeroPages(size_t bytes);
 void Unmap(ZeroMapping mapping);
 // For a later MapZeroPages; unmapped where enough is kept. All bytes must be zero; `used`: how many may have pages.

@@ -101,9 +101,10 @@ std::shared_ptr<const State> FocalMethod::Advance(const std::shared_ptr<const St
   const auto& focal = As<FocalState>(*state);
   // No unit recorded anything: the iteration is over all the same.
   if (result.statistics == nullptr)
-    return std::make_shared<FocalState>(lodestar::Advance(focal.field(), FocalStatistics(focal.shared_field())));
+    return std::make_shared<FocalState>(
+        lodestar::Advance(focal.field(), FocalStatistics(focal.shared_field()), result.last));
   const auto& learned = As<FocalGuidingStatistics>(*result.statistics);
-  return std::make_shared<FocalState>(lodestar::Advance(focal.field(), learned.sums()));
+  return std::make_shared<FocalState>(lodestar::Advance(focal.field(), learned.sums(), result.last));
 }
 
 }  // namespace lodestar

@@ -158,6 +158,17 @@ TEST(FocalAdvance, PruningKeepsTheMassAndCollapsesWhatIsEven) {
   }
 }
 
+// A budget may end training before all iterations: what is left without use is pruned then.
+TEST(FocalAdvance, TrainingThatEndsEarlyEndsInAPrunedOctree) {
+  const Training training;
+  const auto field = Train(training, 9);
+  const FocalStatistics statistics = Recorded(field, training, 9, 5000);
+  const auto goes_on = Advance(*field, statistics), ends = Advance(*field, statistics, true);
+  ASSERT_LT(ends->iteration(), training.options.iterations());
+  EXPECT_LT(ends->octrees()[0].node_count(), field->octrees()[0].node_count());
+  EXPECT_GE(goes_on->octrees()[0].node_count(), field->octrees()[0].node_count());
+}
+
 TEST(FocalAdvance, OldMassesDecay) {
   Training training;
   training.options.decay = 0.5f;

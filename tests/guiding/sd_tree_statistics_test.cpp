@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <random>
 
+#include "core/math/sampler.h"
 #include "tests/guiding/from_bytes.h"
 #include "tests/guiding/synthetic.h"
 
@@ -118,6 +121,56 @@ TEST(SdTreeStatistics, FiltersConserveMassAndCount) {
       EXPECT_EQ(statistics.counts().accepted, 2000u);
     }
   }
+}
+
+// Reconstruction takes the halves for two samples of the same light: what one of them records may not lie elsewhere.
+TEST(SdTreeStatistics, HalvesAreFilteredAlike) {
+  synthetic::Training training;
+  training.options.spatial_threshold = 1000;
+  training.options.reconstruction = SdTreeOptions::Reconstruction::kNative;
+  training.first_records = 5000;
+  const auto tree = synthetic::Train(training, 4);
+  SdTreeRecord r = synthetic::MakeRecords(*tree, synthetic::MovingLobes, 1, 3, 1)[0];
+  r.position = {0.5f, 0.5f, 0.5f};  // the corner of many leaves
+  r.leaf = tree->LeafAt(r.position);
+  SdTreeStatistics statistics(tree);
+  constexpr int kCount = 20000;
+  for (uint64_t path = 0; path < kCount; ++path) statistics.Record(std::span(&r, 1), Mix64(path));
+  uint64_t shared = 0;
+  for (uint32_t leaf = 0; leaf < tree->leaf_count(); ++leaf) {
+    double sums[2] = {0, 0};
+    const std::span<const ExactSum> slots = statistics.slots(leaf);
+    for (size_t i = 0; i < slots.size(); ++i) sums[i % 2] += slots[i].Value();
+    const double both = sums[0] + sums[1], records = statistics.leaf(leaf).records();
+    if (records < 100) continue;
+    ++shared;
+    // Each record is in one half or the other, by even odds.
+    EXPECT_NEAR(sums[0] / both, 0.5, 5 * 0.5 / std::sqrt(records)) << leaf;
+  }
+  EXPECT_GT(shared, 3u);
+}
+
+// A sampler of the same key draws a path; what filters its records may not be those numbers over again.
+TEST(SdTreeStatistics, TheFilterHasNumbersOfItsOwn) {
+  const auto tree = SmallTree(SpatialFilter::kStochastic);
+  SdTreeRecord r = synthetic::MakeRecords(*tree, synthetic::MovingLobes, 1, 3, 1)[0];
+  r.position = {0.5f, 0.5f, 0.5f};
+  r.leaf = tree->LeafAt(r.position);
+  const std::vector<SdTreeRecord> path(8, r);
+  // The last record of a long path stays in its leaf as often, whatever the path's numbers were.
+  std::array<double, 2> stayed{}, count{};
+  for (uint64_t i = 0; i < 4000; ++i) {
+    Sampler sampler(1, 0, 0, 64, static_cast<uint32_t>(i));
+    sampler.StartAt(6);  // the first that are hashes
+    const size_t side = sampler.Next2D().x < 0.5f ? 0 : 1;
+    SdTreeStatistics all(tree), but_last(tree);
+    all.Record(path, sampler.key());
+    but_last.Record(std::span(path).first(7), sampler.key());
+    stayed[side] += all.leaf(r.leaf).records() - but_last.leaf(r.leaf).records();
+    ++count[side];
+  }
+  const double a = stayed[0] / count[0], b = stayed[1] / count[1];
+  EXPECT_NEAR(a, b, 5 * std::sqrt(0.25 / count[0] + 0.25 / count[1]));
 }
 
 TEST(SdTreeStatistics, StochasticHasTheExpectationOfTheBox) {

@@ -36,6 +36,14 @@ TEST(ZeroPages, WhatIsNotKeptIsNotSeenAgain) {
   }
 }
 
+TEST(ZeroPages, BeginsACacheLine) {
+  for (const size_t size : {size_t{1}, size_t{9}, size_t{1000}, kMany}) {
+    ZeroPages<uint64_t> a(size), b(size);
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(a.data()) % 64, 0u) << size;
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(b.data()) % 64, 0u) << size;
+  }
+}
+
 TEST(ZeroPages, SmallAndEmptyArraysToo) {
   for (const size_t size : {size_t{0}, size_t{1}, size_t{1000}}) {
     ZeroPages<uint64_t> array(size);
