@@ -184,6 +184,34 @@ TEST(BitIdentityTest, NorUnderOtherOptions) {
   for (const JobSpec& job : jobs) ExpectSameShuffled(compiled, job, 1);
 }
 
+// A job of as many passes, after as much training, as a report says.
+void ExpectSameReplayed(const CompiledJob& compiled, const test::Rendered& rendered) {
+  JobSpec replay = rendered.report.job;
+  replay.budget = {.spp = rendered.report.passes};
+  replay.training_iterations = rendered.report.training_iterations;
+  const test::Rendered again = test::Render(compiled, replay);
+  ExpectSameImage(rendered.image, again.image);
+  EXPECT_TRUE(rendered.state == again.state);
+}
+
+// The jobs above are of scenes whose light is found: focal guiding is not tried under auto.
+TEST(BitIdentityTest, NorWhereAutoChoosesFocalGuiding) {
+  JobSpec job = GuidedJob("auto", {{"candidates", "path,focal"}, {"pilot", "20000"}});
+  // 70 passes of path tracing, ten iterations of 64 passes before focal guiding is judged, one more, and the picture.
+  job.budget.spp = 900;
+  job.resolution_x = job.resolution_y = TileGrid::kTileSize + 1;  // the least of four tiles
+  const CompiledJob compiled = CompileJob(ParsePbrtText(test::kPinhole, "test.pbrt", "."), job);
+  const test::Rendered one = test::Render(compiled, job, 1);
+  ASSERT_TRUE(one.report.choice.starts_with("focal;")) << one.report.choice;
+  const test::Rendered many = test::Render(compiled, job, 5);
+  ExpectSameImage(one.image, many.image);
+  EXPECT_TRUE(one.state == many.state);
+  EXPECT_EQ(one.report.choice, many.report.choice);
+  ExpectSameShuffled(compiled, job, 1);
+  EXPECT_LT(one.report.training_iterations, one.report.passes);
+  ExpectSameReplayed(compiled, one);
+}
+
 class ReplayTest : public testing::TestWithParam<JobSpec> {};
 
 // Beside what the jobs of this file say, what a method decides from the budget.
@@ -197,13 +225,7 @@ TEST_P(ReplayTest, ARunByTimeReplaysFromItsReport) {
   JobSpec job = GetParam();
   job.budget = {.seconds = 0.5};
   const CompiledJob compiled = CompileJob(ParsePbrtText(test::kSmallScenes[0].text, "test.pbrt", "."), job);
-  const test::Rendered timed = test::Render(compiled, job);
-  JobSpec replay = timed.report.job;
-  replay.budget = {.spp = timed.report.passes};
-  replay.training_iterations = timed.report.training_iterations;
-  const test::Rendered again = test::Render(compiled, replay);
-  ExpectSameImage(timed.image, again.image);
-  EXPECT_EQ(timed.state, again.state);
+  ExpectSameReplayed(compiled, test::Render(compiled, job));
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, ReplayTest, testing::ValuesIn(ReplayedJobs()), [](const auto& info) {
