@@ -35,14 +35,32 @@ struct Cells {
   test::TestResult ChiSquare(int samples, double level, double skew = 0) const {
     std::vector<double> expected(mass), observed(mass.size());
     for (size_t i = 0; i < mass.size(); ++i) expected[i] *= samples * (1 + (i % 2 ? skew : -skew));
+    ForSamples(samples, [&](size_t cell, uint32_t) { observed[cell] += 1; });
+    return test::ChiSquareTest(observed, expected, level, 20);
+  }
+  // Of so many samples, how many fall into each quarter of each cell, 4 cell + quarter.
+  std::vector<double> CountInQuarters(int samples) const {
+    std::vector<double> observed(4 * mass.size());
+    ForSamples(samples, [&](size_t cell, uint32_t quarter) { observed[4 * cell + quarter] += 1; });
+    return observed;
+  }
+  // `tilt` moves mass from even to odd quarters of each cell: a wrong pdf, which cells as wholes do not show.
+  std::vector<double> ExpectedInQuarters(int samples, double tilt = 0) const {
+    std::vector<double> expected(4 * mass.size());
+    for (size_t i = 0; i < expected.size(); ++i) expected[i] = samples * mass[i / 4] / 4 * (1 + (i % 2 ? tilt : -tilt));
+    return expected;
+  }
+
+  // Calls visit(cell, quarter) for each sample: where it falls, the quarter being x + 2 y.
+  template <class Visit>
+  void ForSamples(int samples, Visit&& visit) const {
     uint64_t rng = 9;
     for (int i = 0; i < samples; ++i) {
       const Vec2 s = DirectionToCylindrical(product.Sample(synthetic::Unit2(rng)).w);
       const uint32_t x = directional::ToInteger(s.x), y = directional::ToInteger(s.y);
-      const int depth = std::max(directional::Locate(tree.nodes.data(), x, y).depth, finest);
-      observed[index.at(Key(x >> (24 - depth), y >> (24 - depth), depth))] += 1;
+      const int depth = std::max(directional::Locate(tree.nodes.data(), x, y).depth, finest), shift = 23 - depth;
+      visit(index.at(Key(x >> (24 - depth), y >> (24 - depth), depth)), ((x >> shift) & 1) + 2 * ((y >> shift) & 1));
     }
-    return test::ChiSquareTest(observed, expected, level, 20);
   }
 
   const directional::Tree& tree;
@@ -54,15 +72,18 @@ struct Cells {
 };
 
 template <class Check>
-void ForAllCases(Check&& check) {
-  for (const auto& t : product_cases::Trees()) {
-    const TreeTop top(t.tree.nodes.data());
-    for (const auto& s : product_cases::Surfaces()) {
-      SCOPED_TRACE(t.name + ", " + s.name);
-      const ProductDistribution product(t.tree.nodes.data(), top, s.Lobes());
-      if (product.usable()) check(t.tree, product);
-    }
+void ForCasesOf(const product_cases::TreeCase& t, Check&& check) {
+  const TreeTop top(t.tree.nodes.data());
+  for (const auto& s : product_cases::Surfaces()) {
+    SCOPED_TRACE(t.name + ", " + s.name);
+    const ProductDistribution product(t.tree.nodes.data(), top, s.Lobes());
+    if (product.usable()) check(t.tree, product);
   }
+}
+
+template <class Check>
+void ForAllCases(Check&& check) {
+  for (const auto& t : product_cases::Trees()) ForCasesOf(t, check);
 }
 
 TEST(ProductDistribution, IntegratesToOneSamplesFollowItAndTheTreeBoundsIt) {
@@ -93,6 +114,26 @@ TEST(ProductDistribution, AWrongPdfIsRejected) {
     const ProductDistribution product(trees[1].tree.nodes.data(), top, s.Lobes());
     EXPECT_FALSE(Cells(trees[1].tree, product).ChiSquare(30000, 1e-3, 0.12).accepted) << s.name;
   }
+}
+
+// Cells are no smaller than 2^-12 here: wide against what the rounding of a direction moves.
+TEST(ProductDistribution, SamplesAreEvenWithinCells) {
+  constexpr int kSamples = 100000;
+  const double level = test::SidakLevel(0.01, 2 * 22);
+  const auto trees = product_cases::Trees();
+  int tested = 0;
+  for (const size_t tree : {1, 8}) {
+    ForCasesOf(trees[tree], [&](const directional::Tree& of, const ProductDistribution& product) {
+      const Cells cells(of, product);
+      const std::vector<double> observed = cells.CountInQuarters(kSamples);
+      const auto even = test::ChiSquareTest(observed, cells.ExpectedInQuarters(kSamples), level, 20);
+      EXPECT_TRUE(even.accepted) << even.message;
+      const auto tilted = test::ChiSquareTest(observed, cells.ExpectedInQuarters(kSamples, 0.25), 1e-3, 20);
+      EXPECT_FALSE(tilted.accepted) << tilted.message;
+      ++tested;
+    });
+  }
+  EXPECT_GT(tested, 30);
 }
 
 TEST(ProductDistribution, SampleAndPdfAgreeBitForBit) {
