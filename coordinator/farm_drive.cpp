@@ -82,11 +82,12 @@ void Farm::StoreCheckpoint(Job& job, JobCheckpoint checkpoint) {
 void Farm::StoreResult(Job& job, const Loop& loop, JobPhase phase, const std::string& error) {
   const Image developed = loop.Develop();
   const ContentHash image = blobs_->Put(Compress(ImageToBytes(developed)), BlobStore::For::kResult);
-  const std::string report = DumpJson(ReportToJson(FinalReport(loop, developed)), -1);
+  const JobReport final_report = FinalReport(loop, developed);
+  const std::string report = DumpJson(ReportToJson(final_report), -1);
   ContentHash guide;
   if (Learns(loop.method())) {
     guide = blobs_->Put(
-        GuideFile{loop.job(), loop.survey(), loop.Report().iterations - 1, loop.state()->Serialize(), std::nullopt}
+        GuideFile{loop.job(), loop.survey(), final_report.iterations - 1, loop.state()->Serialize(), std::nullopt}
             .Serialize(),
         BlobStore::For::kResult);
   }

@@ -27,13 +27,17 @@ struct Kept {
 std::mutex mutex;
 std::vector<Kept> kept;  // guarded by `mutex`
 
+constexpr size_t RoundUp(size_t bytes, size_t to) {
+  return (bytes + to - 1) / to * to;
+}
+
 }  // namespace
 
 ZeroMapping MapZeroPages(size_t bytes) {
   void* address = nullptr;
   if (bytes < kLargePage) {
     constexpr size_t kLine = 64;
-    bytes = (bytes + kLine - 1) / kLine * kLine;
+    bytes = RoundUp(bytes, kLine);
     address = std::aligned_alloc(kLine, bytes);
     if (address != nullptr) std::memset(address, 0, bytes);
   } else {
@@ -54,7 +58,7 @@ ZeroMapping MapZeroPages(size_t bytes) {
     const size_t roomy = std::bit_ceil(bytes) * kRoom;
     address = MapLargePages(roomy, Commit::kLater);
     if (address != nullptr) return {address, roomy};
-    bytes = (bytes + kLargePage - 1) / kLargePage * kLargePage;
+    bytes = RoundUp(bytes, kLargePage);
     address = MapLargePages(bytes, Commit::kLater);
   }
   if (address == nullptr) {
