@@ -94,17 +94,17 @@ std::vector<Setting> Settings(const std::string& study) {
                 Paper("full, native", "full", "native"),
                 Paper("switching", "switching", "none"),
                 Paper("switching, dense", "switching", "dense-unlimited"),
-                WithSigma(Paper("switching, dense", "switching", "dense-unlimited"), "1"),
+                WithSigma(Paper("switching, dense", "switching", "dense-unlimited"), "1.5"),
                 Paper("switching, native", "switching", "native"),
                 Paper("radiance", "radiance", "none"),
                 Paper("radiance, native", "radiance", "native"),
                 Default("defaults, not reconstructed", {{"reconstruction", "none"}}),
                 Default("defaults, dense", {{"reconstruction", "dense"}}),
-                WithSigma(Default("defaults, dense", {{"reconstruction", "dense"}}), "1"),
+                WithSigma(Default("defaults, dense", {{"reconstruction", "dense"}}), "1.5"),
                 Default("defaults", {})};
   } else if (study == "sigma") {
     settings.push_back(Paper("switching", "switching", "none"));
-    for (const char* sigma : {"0.3", "0.5", "0.8", "1"})
+    for (const char* sigma : {"0.3", "0.5", "0.8", "1", "1.5"})
       settings.push_back(WithSigma(Paper("switching, dense", "switching", "dense-unlimited"), sigma));
     settings.push_back(Paper("switching, native", "switching", "native"));
   } else if (study == "time") {

@@ -42,8 +42,10 @@ std::vector<uint8_t> WithinWorkload(std::span<const int> depths, int iteration);
 
 // Ours, the recommended one: works on the quadtree, without matrices and without a setting. Each node's shares are
 // shrunk towards what the squares around it predict, across phi = 0 and the poles, by as much as the two halves of the
-// records say that they are noise. Without halves, and where noise is too small for smoothing to gain, the tree is only
-// rebuilt. No density falls below 0.37 of the unsmoothed one, before the flux threshold and the nodes' integers.
+// records say that they are noise; then every cell has at least a part of what the coarser layers have there, as great
+// a part as lowers the second moment that guiding is expected to have. Without halves, and where noise is too small for
+// smoothing to gain, the tree is only rebuilt. Before that maximum over layers, the flux threshold and the nodes'
+// integers no density falls below 0.37 of the unsmoothed one.
 Tree ReconstructNative(const CellMasses& masses, double flux_threshold, int max_depth);
 
 }  // namespace lodestar::directional

@@ -154,6 +154,7 @@ Shrinkage InferShrinkage(const CellMasses& masses) {
   for (uint32_t i = 0; i < count; ++i) {
     const NodeState& s = states[i];
     const float records = s.mass / s.per_record;
+    nodes[i].per_record = s.per_record;
     nodes[i].weight = (Sum(s.belief * (kConcentration / (kConcentration + records))) / Sum(s.belief))[0];
   }
   return out;

@@ -19,6 +19,7 @@ struct LevelNode {
   uint32_t parent;   // 4 place + child
   // Which part of the children's shares to take from what their neighbourhood predicts, 0 to 1.
   float weight;
+  float per_record;  // mass of one effective record in and below it, of the total's
 };
 
 struct Shrinkage {
