@@ -20,12 +20,8 @@ namespace {
 constexpr size_t kRoom = 8;
 constexpr size_t kMostKept = 8, kMostKeptBytes = size_t{512} << 20;
 
-struct Kept {
-  ZeroMapping mapping;
-  size_t used;
-};
 std::mutex mutex;
-std::vector<Kept> kept;  // guarded by `mutex`
+std::vector<ZeroMapping> kept;  // guarded by `mutex`
 
 constexpr size_t RoundUp(size_t bytes, size_t to) {
   return (bytes + to - 1) / to * to;
@@ -46,18 +42,18 @@ ZeroMapping MapZeroPages(size_t bytes) {
       // The one with most pages among those that fit and are not far too large.
       auto best = kept.end();
       for (auto it = kept.begin(); it != kept.end(); ++it) {
-        if (it->mapping.bytes >= bytes && it->used / kRoom <= bytes && (best == kept.end() || it->used > best->used))
+        if (it->bytes >= bytes && it->backed / kRoom <= bytes && (best == kept.end() || it->backed > best->backed))
           best = it;
       }
       if (best != kept.end()) {
-        const ZeroMapping mapping = best->mapping;
+        const ZeroMapping mapping = *best;
         kept.erase(best);
         return mapping;
       }
     }
     const size_t roomy = std::bit_ceil(bytes) * kRoom;
     address = MapLargePages(roomy, Commit::kLater);
-    if (address != nullptr) return {address, roomy};
+    if (address != nullptr) return {address, roomy, 0};
     bytes = RoundUp(bytes, kLargePage);
     address = MapLargePages(bytes, Commit::kLater);
   }
@@ -65,7 +61,7 @@ ZeroMapping MapZeroPages(size_t bytes) {
     throw Error(ErrorKind::kIo, "cannot map " + std::to_string(bytes) +
                                     " bytes for tree statistics; lower the SD-tree's max_nodes or the thread count");
   }
-  return {address, bytes};
+  return {address, bytes, 0};
 }
 
 void Unmap(ZeroMapping mapping) {
@@ -79,12 +75,13 @@ void Unmap(ZeroMapping mapping) {
 void KeepZeroPages(ZeroMapping mapping, size_t used) {
   LODESTAR_DCHECK(std::all_of(static_cast<const char*>(mapping.address),
                               static_cast<const char*>(mapping.address) + used, [](char byte) { return byte == 0; }));
-  if (used >= kLargePage) {
+  mapping.backed = std::max(mapping.backed, used);
+  if (mapping.backed >= kLargePage) {
     std::lock_guard lock(mutex);
-    size_t total = used;
-    for (const Kept& other : kept) total += other.used;
+    size_t total = mapping.backed;
+    for (const ZeroMapping& other : kept) total += other.backed;
     if (kept.size() < kMostKept && total <= kMostKeptBytes) {
-      kept.push_back({mapping, used});
+      kept.push_back(mapping);
       return;
     }
   }

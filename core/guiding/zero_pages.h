@@ -15,12 +15,14 @@ namespace lodestar {
 
 struct ZeroMapping {
   void* address = nullptr;
-  size_t bytes = 0;  // of address space
+  size_t bytes = 0;   // of address space
+  size_t backed = 0;  // of those, from the start: may have pages from an earlier use
 };
 // Of at least so many bytes, aligned to a cache line. Throws Error(kIo) when the address space is refused.
 ZeroMapping MapZeroPages(size_t bytes);
 void Unmap(ZeroMapping mapping);
-// For a later MapZeroPages; unmapped where enough is kept. All bytes must be zero; `used`: how many may have pages.
+// For a later MapZeroPages; unmapped where enough is kept. All bytes must be zero; `used`: how many may have got pages
+// since.
 void KeepZeroPages(ZeroMapping mapping, size_t used);
 
 // T must be valid when all its bytes are zero.

@@ -9,21 +9,23 @@ namespace lodestar {
 // ---- conductor ------------------------------------------------------------------------------------------------------
 
 BsdfValue Bsdf::EvaluateConductor(Vec3 wo, Vec3 wi) const {
-  const GgxReflection r = EvaluateReflection(Ggx{alpha_}, wo, wi);
+  const Ggx ggx{alpha_};
+  const GgxReflection r = EvaluateReflection(ggx, wo, wi, ggx.ReflectionBound(wo));
   return {FresnelConductor(r.cos, a_, b_) * r.value, r.pdf};
 }
 
 std::optional<BsdfSample> Bsdf::SampleConductor(Vec3 wo, Vec2 u) const {
   const Ggx ggx{alpha_};
-  const Vec3 m = ggx.SampleVisible(wo, u);
+  const float bound = ggx.ReflectionBound(wo);
+  const Vec3 m = ggx.SampleVisible(wo, u, bound);
   const float cos = Dot(wo, m);
   const Vec3 wi = m * (2 * cos) - wo;
   if (!(wi.z > 0 && cos > 0)) return std::nullopt;
-  const float ao = ggx.Stretch(wo), ai = ggx.Stretch(wi);
-  const float pdf = 0.5f * ggx.Density(m) / (ao + wo.z);
+  const float ao = ggx.Stretch(wo), ai = ggx.Stretch(wi), caps = ao + bound * wo.z;
+  const float pdf = 0.5f * ggx.Density(m) / caps;
   if (!(pdf > 0)) return std::nullopt;
   return BsdfSample{.wi = wi,
-                    .weight = FresnelConductor(cos, a_, b_) * MaskingWeight(ao, wo.z, ai, wi.z),
+                    .weight = FresnelConductor(cos, a_, b_) * (wi.z * caps / (ao * wi.z + ai * wo.z)),
                     .pdf = pdf,
                     .alpha = ggx.MeanAlpha()};
 }

@@ -6,6 +6,8 @@
 // Masking-Shadowing Function", eq. 72, 86, 99).
 #pragma once
 
+#include <algorithm>
+
 #include "core/math/elementary.h"
 #include "core/math/vec.h"
 
@@ -37,20 +39,26 @@ struct Ggx {
     return std::sqrt(Sqr(alpha.x * w.x) + Sqr(alpha.y * w.y) + w.z * w.z);
   }
 
-  // A normal visible from wo, with density 2 |wo.m| D(m) / (a(wo) + wo.z): the spherical caps of Dupuy and Benyoub
-  // 2023, section 4.
-  Vec3 SampleVisible(Vec3 wo, Vec2 u) const {
+  // A normal visible from wo, with density 2 |wo.m| D(m) / (a(wo) + bound wo.z): the spherical caps of Dupuy and
+  // Benyoub 2023, section 4. bound: 1 for all of them.
+  Vec3 SampleVisible(Vec3 wo, Vec2 u, float bound = 1) const {
     const Vec3 stretched = Normalize(Vec3{alpha.x * wo.x, alpha.y * wo.y, wo.z});
     const auto [sin, cos] = SinCos(2 * kPi * u.x);
-    const float z = (1 - u.y) * (1 + stretched.z) - stretched.z;
+    const float z = (1 - u.y) * (1 + bound * stretched.z) - bound * stretched.z;
     const float r = SafeSqrt((1 - z) * (1 + z));
     const Vec3 h{alpha.x * (r * cos + stretched.x), alpha.y * (r * sin + stretched.y), std::max(z + stretched.z, 0.0f)};
     const float length2 = LengthSquared(h);
     return length2 > 0 ? h * (1 / std::sqrt(length2)) : Vec3{0, 0, 1};
   }
-  // wo mirrored by such a normal; z may be <= 0.
+  // The bound for what reflects wo above the surface: a smaller cap, which still has all those normals and fewer of the
+  // others (Eto and Tokuyoshi 2023, "Bounded VNDF Sampling for Smith-GGX Reflections", section 3).
+  float ReflectionBound(Vec3 wo) const {
+    const float a2 = Sqr(std::min({alpha.x, alpha.y, 1.0f})), s2 = Sqr(1 + std::sqrt(wo.x * wo.x + wo.y * wo.y));
+    return (1 - a2) * s2 / (s2 + a2 * wo.z * wo.z);
+  }
+  // wo mirrored by a normal so bounded; z may be <= 0.
   Vec3 SampleReflection(Vec3 wo, Vec2 u) const {
-    const Vec3 m = SampleVisible(wo, u);
+    const Vec3 m = SampleVisible(wo, u, ReflectionBound(wo));
     return m * (2 * Dot(wo, m)) - wo;
   }
 };
@@ -58,18 +66,16 @@ struct Ggx {
 // The half-vector terms of a reflection, shared by value and density.
 struct GgxReflection {
   float value;  // D G2 / (4 co ci) * ci
-  float pdf;    // of wi, the normal sampled by SampleVisible(wo)
+  float pdf;    // of wi, the normal sampled by SampleVisible with the same bound
   float cos;    // wo.m
 };
 // m is the half vector, of any length; wo.z, wi.z > 0.
-inline GgxReflection EvaluateReflection(const Ggx& ggx, Vec3 wo, Vec3 wi, Vec3 m, float inverse_length) {
+inline GgxReflection EvaluateReflection(const Ggx& ggx, Vec3 wo, Vec3 wi, float bound = 1) {
+  const Vec3 m = wo + wi;
   const float d = ggx.Density(m);
   const float ao = ggx.Stretch(wo), ai = ggx.Stretch(wi);
-  return {0.5f * d * wi.z / (ao * wi.z + ai * wo.z), 0.5f * d / (ao + wo.z), Dot(wo, m) * inverse_length};
-}
-inline GgxReflection EvaluateReflection(const Ggx& ggx, Vec3 wo, Vec3 wi) {
-  const Vec3 m = wo + wi;
-  return EvaluateReflection(ggx, wo, wi, m, 1 / std::sqrt(LengthSquared(m)));
+  return {0.5f * d * wi.z / (ao * wi.z + ai * wo.z), 0.5f * d / (ao + bound * wo.z),
+          Dot(wo, m) / std::sqrt(LengthSquared(m))};
 }
 
 // G2(wo, wi) / G1(wo), what a reflected or refracted sample weighs beside Fresnel; cosines positive.

@@ -28,6 +28,20 @@ TEST(ZeroPages, KeptPagesServeALargerArray) {
   second[2 * kMany - 1] = 1;  // dropped as it is
 }
 
+// How much of a mapping has pages is not forgotten where a smaller array used it in between: what has most is taken.
+TEST(ZeroPages, ASmallUserDoesNotHideTheGreaterOneBefore) {
+  ZeroPages<uint64_t> great(8 * kMany);
+  const uint64_t* const at = great.data();
+  great.Keep();
+  ZeroPages<uint64_t> small(kMany);
+  ASSERT_EQ(small.data(), at);
+  ZeroPages<uint64_t> middle(4 * kMany);
+  ASSERT_NE(middle.data(), at);
+  small.Keep();
+  middle.Keep();
+  EXPECT_EQ(ZeroPages<uint64_t>(2 * kMany).data(), at);
+}
+
 TEST(ZeroPages, WhatIsNotKeptIsNotSeenAgain) {
   for (int i = 0; i < 3; ++i) {
     ZeroPages<uint64_t> array(kMany);

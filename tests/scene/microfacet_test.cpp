@@ -72,6 +72,42 @@ TEST(Ggx, VisibleNormalsFollowTheirDensity) {
   }
 }
 
+// Eto and Tokuyoshi 2023: the bounded normals have all that reflect wo above the surface, and fewer others.
+TEST(Ggx, BoundedReflectionsFollowTheirDensityAndMissLess) {
+  for (const Vec2 alpha : kAlphas) {
+    const Ggx ggx{alpha};
+    for (const double theta : {0.0, 40.0, 75.0, 88.0}) {
+      const Vec3 wo = Direction(theta);
+      const auto reflected = [&](Random& random, float bound) -> std::optional<Vec3> {
+        const Vec3 m = ggx.SampleVisible(wo, random.Next2D(), bound), wi = m * (2 * Dot(wo, m)) - wo;
+        return wi.z > 0 ? std::optional(wi) : std::nullopt;
+      };
+      const float bound = ggx.ReflectionBound(wo);
+      ASSERT_GE(bound, 0);
+      ASSERT_LE(bound, 1);
+      const auto test = [&](float sampled, float evaluated) {
+        return ChiSquareOnSphere(
+            [&](Random& random) { return reflected(random, sampled); },
+            [&](Vec3 wi) { return wi.z > 0 ? EvaluateReflection(ggx, wo, wi, evaluated).pdf : 0.0f; },
+            {.level = kLevel, .seed = 22, .samples = 100000, .bins = 128});
+      };
+      const TestResult r = test(bound, bound);
+      EXPECT_TRUE(r.accepted) << alpha.x << ' ' << alpha.y << " at " << theta << ": " << r.message;
+      Random random(23), same(23);
+      int missed = 0, missed_unbounded = 0;
+      for (int i = 0; i < 20000; ++i) {
+        missed += !reflected(random, bound);
+        missed_unbounded += !reflected(same, 1);
+      }
+      EXPECT_LE(missed, missed_unbounded);
+      if (std::min(alpha.x, alpha.y) >= 0.5f && theta < 60) {
+        EXPECT_LT(missed, 0.8 * missed_unbounded);
+        EXPECT_FALSE(test(bound, 1).accepted);  // the other density is told from this one
+      }
+    }
+  }
+}
+
 TEST(Ggx, SampledNormalsAreUnitAndUpright) {
   for (const float alpha : {1e-4f, 1e-3f, 0.1f, 1.0f}) {
     for (const float z : {1.0f, 0.5f, 1e-3f, 1e-7f}) {
