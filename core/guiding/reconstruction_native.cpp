@@ -10,7 +10,7 @@ namespace {
 // The weight of the unsmoothed tree: sqrt(kRawWeight) / (sqrt(kRawWeight) + sqrt(1 - kRawWeight)) = 0.37 is the least
 // part of any cell's density that smoothing can leave.
 constexpr double kRawWeight = 0.25;
-// The coarsest layer of the maximum over layers: 2^4 x 2^4 squares of the sphere, 13 degrees wide in the middle.
+// The coarsest layer of the maximum over layers: 2^4 x 2^4 squares of the sphere, 0.05 sr each.
 constexpr float kFirstLayerSquares = 256;
 // How much of that maximum a tree may have.
 constexpr float kLayerWeights[] = {0, 0.25f, 0.5f, 1, 2, 4};

@@ -25,7 +25,6 @@ struct NodeState {
   float mass;     // share of the total
   float noise;    // sum of the squared differences of the halves over the cells
   float cells;
-  float per_record;  // mass per effective record
 };
 using States = std::unique_ptr<NodeState[]>;
 
@@ -90,14 +89,14 @@ States SumUp(const CellMasses& masses, LevelNode* nodes) {
 
 // Mass per effective record, from the root down. Returns the expected divergence that noise causes: three free shares a
 // node, 3 / (2 records) nats each, and no more than if all were lost.
-double EstimateNoise(const LevelNode* nodes, NodeState* states, uint32_t count) {
+double EstimateNoise(LevelNode* nodes, const NodeState* states, uint32_t count) {
   double divergence = 0;
   for (uint32_t i = 0; i < count; ++i) {
-    NodeState& s = states[i];
-    const float inherited = i == 0 ? 0 : states[nodes[i].parent / 4].per_record;
+    const NodeState& s = states[i];
+    const float inherited = i == 0 ? 0 : nodes[nodes[i].parent / 4].per_record;
     const float own = s.mass > 0 ? s.noise / s.mass : inherited;
-    s.per_record = i == 0 ? own : (s.cells * own + kParentCells * inherited) / (s.cells + kParentCells);
-    divergence += 1.5 * std::min(s.per_record, s.mass);
+    nodes[i].per_record = i == 0 ? own : (s.cells * own + kParentCells * inherited) / (s.cells + kParentCells);
+    divergence += 1.5 * std::min(nodes[i].per_record, s.mass);
   }
   return divergence;
 }
@@ -118,8 +117,8 @@ Lanes LogPredictive(const Quad& x, const Quad& y) {
 void Propagate(const LevelNode* nodes, NodeState* states, uint32_t count) {
   // Short loops, in which the processor sees several nodes at once.
   for (uint32_t i = 0; i < count; ++i) {
-    states[i].x /= states[i].per_record;
-    states[i].y /= states[i].per_record;
+    states[i].x /= nodes[i].per_record;
+    states[i].y /= nodes[i].per_record;
   }
   for (uint32_t i = 0; i < count; ++i) states[i].belief = LogPredictive(states[i].x, states[i].y);
   for (uint32_t i = 0; i < count; ++i) states[i].belief = Exp(states[i].belief - Max(states[i].belief));
@@ -153,8 +152,7 @@ Shrinkage InferShrinkage(const CellMasses& masses) {
   Propagate(nodes, states.get(), count);
   for (uint32_t i = 0; i < count; ++i) {
     const NodeState& s = states[i];
-    const float records = s.mass / s.per_record;
-    nodes[i].per_record = s.per_record;
+    const float records = s.mass / nodes[i].per_record;
     nodes[i].weight = (Sum(s.belief * (kConcentration / (kConcentration + records))) / Sum(s.belief))[0];
   }
   return out;

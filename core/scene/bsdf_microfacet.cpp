@@ -21,11 +21,11 @@ std::optional<BsdfSample> Bsdf::SampleConductor(Vec3 wo, Vec2 u) const {
   const float cos = Dot(wo, m);
   const Vec3 wi = m * (2 * cos) - wo;
   if (!(wi.z > 0 && cos > 0)) return std::nullopt;
-  const float ao = ggx.Stretch(wo), ai = ggx.Stretch(wi), caps = ao + bound * wo.z;
-  const float pdf = 0.5f * ggx.Density(m) / caps;
+  const float ao = ggx.Stretch(wo), ai = ggx.Stretch(wi);
+  const float pdf = 0.5f * ggx.Density(m) / (ao + bound * wo.z);
   if (!(pdf > 0)) return std::nullopt;
   return BsdfSample{.wi = wi,
-                    .weight = FresnelConductor(cos, a_, b_) * (wi.z * caps / (ao * wi.z + ai * wo.z)),
+                    .weight = FresnelConductor(cos, a_, b_) * MaskingWeight(ao, wo.z, ai, wi.z, bound),
                     .pdf = pdf,
                     .alpha = ggx.MeanAlpha()};
 }

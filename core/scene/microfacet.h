@@ -78,9 +78,10 @@ inline GgxReflection EvaluateReflection(const Ggx& ggx, Vec3 wo, Vec3 wi, float 
           Dot(wo, m) / std::sqrt(LengthSquared(m))};
 }
 
-// G2(wo, wi) / G1(wo), what a reflected or refracted sample weighs beside Fresnel; cosines positive.
-inline float MaskingWeight(float ao, float co, float ai, float ci) {
-  return ci * (ao + co) / (ao * ci + ai * co);
+// G2(wo, wi) / G1(wo), what a reflected or refracted sample weighs beside Fresnel, its normal sampled with the same
+// bound; cosines positive.
+inline float MaskingWeight(float ao, float co, float ai, float ci, float bound = 1) {
+  return ci * (ao + bound * co) / (ao * ci + ai * co);
 }
 
 // Deterministic quadrature over the visible normals of an isotropic distribution seen from the plane y = 0, for tables:
