@@ -5,7 +5,8 @@
 //
 // After 15 training samples a pixel, trees are made from 16 more, and compared with what 256 further samples recorded
 // in the same cells. chi-square is the second moment of guiding by (0.7 tree + 0.3 uniform) towards that, 1 at best;
-// the geometric mean over leaves, and its ratio to the tree as recorded. Then what making them costs, on one thread.
+// the geometric mean over leaves, and its ratio to the tree as recorded. Then what making them costs, on one thread,
+// and what leaving them to another process would.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -15,6 +16,7 @@
 
 #include "bench/studied_method.h"
 #include "bench/study_main.h"
+#include "core/guiding/tree_request.h"
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/local_executor.h"
 
@@ -153,6 +155,59 @@ void PrintCost(const Recording& recording, double threshold, int max_depth) {
   }
 }
 
+// CPU time of a tree that is left to another process: to ask for it, and to read it back; beside that of making it
+// here.
+void PrintSharing(const Recording& recording, double threshold, int max_depth) {
+  using Reconstruction = SdTreeOptions::Reconstruction;
+  constexpr uint32_t kTogether = 100;
+  std::vector<CellMasses> all;
+  for (const CellMasses& masses : recording.masses)
+    if (!IsEmpty(masses.total)) all.push_back(masses);
+  std::printf(
+      "\n| method | made here, us | asked for, us | read back, us | a request, bytes a tree | an answer |\n"
+      "| --- | ---: | ---: | ---: | ---: | ---: |\n");
+  for (const auto& [name, reconstruction] :
+       {std::pair("native", Reconstruction::kNative), std::pair("dense", Reconstruction::kDenseUnlimited)}) {
+    const TreeRecipe recipe{reconstruction, kSigmas[0], threshold, max_depth};
+    if (reconstruction != Reconstruction::kNative)
+      for (CellMasses& masses : all) masses.halves = {};  // its statistics keep none
+    const auto count = static_cast<double>(all.size());
+    const auto least = [&](const auto& run) {
+      double seconds = 1e300;
+      for (int pass = 0; pass < 5; ++pass) {
+        const double begin = CpuSeconds();
+        run();
+        seconds = std::min(seconds, CpuSeconds() - begin);
+      }
+      return 1e6 * seconds / count;
+    };
+    const double made = least([&] {
+      for (const CellMasses& masses : all) (void)MakeTree(recipe, masses);
+    });
+    std::vector<Bytes> requests, answers;
+    const double asked = least([&] {
+      requests.clear();
+      for (uint32_t i = 0; i < all.size();) {
+        TreeRequest request(recipe);
+        for (uint32_t end = std::min<uint32_t>(i + kTogether, static_cast<uint32_t>(all.size())); i < end; ++i)
+          request.Add(i, all[i]);
+        requests.push_back(request.Take());
+      }
+    });
+    for (const Bytes& request : requests) answers.push_back(AnswerTreeRequest(request));
+    const double read = least([&] {
+      for (const Bytes& answer : answers) (void)ReadTreeAnswer(answer, static_cast<uint32_t>(all.size()), max_depth);
+    });
+    const auto bytes = [&](const std::vector<Bytes>& documents) {
+      double sum = 0;
+      for (const Bytes& document : documents) sum += static_cast<double>(document.size());
+      return sum / count;
+    };
+    std::printf("| %s | %.1f | %.1f | %.1f | %.0f | %.0f |\n", name, made, asked, read, bytes(requests),
+                bytes(answers));
+  }
+}
+
 void Study(const char* path, const JobSpec& job) {
   const CompiledJob compiled = CompileJob(ParsePbrtFile(path), job);
   const Recording first = Record(compiled, job, kPasses), all = Record(compiled, job, kPasses + kTruthPasses);
@@ -195,6 +250,7 @@ void Study(const char* path, const JobSpec& job) {
     std::printf("\n");
   }
   PrintCost(first, threshold, depth);
+  PrintSharing(first, threshold, depth);
 }
 
 int Run(int argc, char** argv) {

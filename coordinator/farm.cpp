@@ -4,6 +4,7 @@
 
 #include "coordinator/crash_point.h"
 #include "core/base/log.h"
+#include "core/guiding/tree_request.h"
 #include "rpc/status.h"
 
 namespace lodestar {
@@ -39,7 +40,10 @@ JobProgress ParseProgress(std::string_view bytes) {
 }  // namespace
 
 Farm::Farm(Options options)
-    : options_(std::move(options)), clock_(*options_.clock), store_(options_.store, options_.fatal) {
+    : options_(std::move(options)),
+      clock_(*options_.clock),
+      store_(options_.store, options_.fatal),
+      tree_canary_(TreeCanary()) {
   blobs_ = std::make_unique<BlobStore>(options_.store / "blobs", store_, options_.blobs);
   Load();
   timer_ = std::thread([this] { TimerLoop(); });

@@ -30,6 +30,9 @@ class Farm {
     // The films of one job may take half of it.
     uint64_t memory_bytes = UsableMemory();
     BlobStore::Options blobs;
+    // An advance is the coordinator's alone for this share of the iteration that it ends; what is left of it then is
+    // offered to workers in shards.
+    double alone_share = 0.03;
     const Clock* clock = &Clock::Steady();
     std::function<void(const std::string&)>
         fatal;  // this coordinator must end (another has taken over); from any thread
@@ -63,6 +66,8 @@ class Farm {
   std::shared_ptr<const Bytes> StateBytes(const ContentHash& hash) const;
   ContributionOutcome SubmitContribution(const ContributionHeader& header, std::string_view bytes);
   void SubmitSurvey(const SurveyResult& result);
+  // Throws Error(kCorrupt) where it is no answer.
+  void SubmitShard(const ShardAnswer& answer);
   void ReportFailure(const UnitFailure& failure);
 
   uint64_t epoch() const { return store_.epoch(); }
@@ -111,11 +116,12 @@ class Farm {
   uint32_t LiveWorkers(const std::string& fingerprint) const;
   bool LeftToOthers(const Job& job, const WorkerId& worker) const;
   std::optional<LeasedUnit> GrantSurvey(const WorkerId& id);
+  std::optional<LeasedUnit> GrantShard(const WorkerId& id, const Worker& worker);
   std::optional<LeasedUnit> GrantRender(const WorkerId& id, const Worker& worker, bool copies, Speeds* speeds);
   // `speeds`: of the calls that are answered while mutex_ is held.
   std::optional<LeasedUnit> GrantFor(const WorkerId& id, Speeds* speeds);
-  LeasedUnit Describe(const Job& job, const LeaseEntry& entry, const OpenRound& open) const;
-  void Pump(Deferred* deferred);  // answers parked calls that can be answered
+  LeasedUnit UnitOf(const Job& job, LeaseId lease) const;  // what it is remains to be said
+  void Pump(Deferred* deferred);                           // answers parked calls that can be answered
   void Revoke(const std::vector<LeaseEntry>& leases);
   void CloseRounds(Job& job, const std::function<bool(const OpenRound&)>& which);
   void CountLoss(Job& job, const WorkerId& worker);
@@ -131,6 +137,8 @@ class Farm {
   // Throws what Loop's constructor would, and ExhaustedError for a picture that is too large for this coordinator's
   // memory.
   void CheckJob(const JobSpec& spec, const Survey& survey) const;
+  // Without mutex_: what takes long is filled in.
+  void AnswerLease(const LeaseAnswer& answer, std::optional<LeasedUnit> unit);
   // On other threads, without mutex_.
   void Load();
   void Drive(Job& job);
@@ -161,6 +169,7 @@ class Farm {
   bool ending_ = false;
   Clock::Duration next_collection_{};
   std::thread timer_;
+  const std::string tree_canary_;  // workers must round as this process does to share in its work
 };
 
 }  // namespace lodestar

@@ -1,6 +1,7 @@
 #include "coordinator/farm_executor.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "core/base/check.h"
 #include "core/base/log.h"
@@ -27,6 +28,9 @@ Farm::FarmExecutor::~FarmExecutor() {
       "{}: merged {} contributions, {:.1f} MiB, in {:.2f} s; published {} states, the largest {:.1f} MiB, in {:.2f} s",
       job_.stored.id().value, run_->contributions, static_cast<double>(run_->contribution_bytes) / kMiB,
       run_->merging_seconds, run_->states, static_cast<double>(run_->largest_state) / kMiB, run_->publishing_seconds);
+  if (run_->shards_offered > 0)
+    spdlog::info("{}: of {} shards of advances that took long, workers did {}", job_.stored.id().value,
+                 run_->shards_offered, run_->shards_taken);
   farm_.CloseRounds(job_, [](const OpenRound&) { return true; });
   job_.run = nullptr;
   farm_.Pump(&deferred);
@@ -44,6 +48,32 @@ void Farm::FarmExecutor::Publish(const std::shared_ptr<const State>& state) {
   run_->largest_state = std::max<uint64_t>(run_->largest_state, bytes->size());
   run_->state_bytes = std::move(bytes);
   run_->publishing_seconds += Seconds(Clock::Steady().Now() - start);
+  published_ = run_->busy.Now();
+}
+
+void Farm::FarmExecutor::Run(ShardedWork& work) {
+  const auto table = std::make_shared<ShardTable>(work, kMaxShardBytes);
+  const Clock::Duration start = run_->busy.Now();
+  const double alone = farm_.options_.alone_share * Seconds(start - published_);
+  std::atomic<bool> offered = false;
+  struct Withdraw {
+    FarmExecutor& executor;
+    ~Withdraw() {
+      std::lock_guard lock(executor.farm_.mutex_);
+      executor.run_->shards = nullptr;
+    }
+  } withdraw{*this};
+  table->Run([&] {
+    if (offered || Seconds(run_->busy.Now() - start) <= alone || offered.exchange(true)) return;
+    Deferred deferred;
+    std::lock_guard lock(farm_.mutex_);
+    run_->shards = table;
+    farm_.Pump(&deferred);
+  });
+  if (!offered) return;
+  std::lock_guard lock(farm_.mutex_);
+  run_->shards_offered += table->count();
+  run_->shards_taken += table->accepted();
 }
 
 std::shared_ptr<OpenRound> Farm::FarmExecutor::NewRound(const Round& round) const {

@@ -7,7 +7,7 @@
 
 namespace lodestar {
 
-class Farm::FarmExecutor final : public Executor {
+class Farm::FarmExecutor final : public Executor, private ShardRunner {
  public:
   // `checkpoint` is called on the driver's thread every now and then while a round is under way, and once more where
   // the farm ends within one.
@@ -16,11 +16,14 @@ class Farm::FarmExecutor final : public Executor {
   ~FarmExecutor() override;
   std::optional<Contribution> Execute(const std::shared_ptr<const State>& state, const Round& round,
                                       const StopToken& stop) override;
+  ShardRunner* shards() override { return this; }
   // What the loop is to run by.
   const Clock& clock() const { return run_->busy; }
   void Announce(const std::shared_ptr<const State>& state, const Round& next) override { announced_ = next; }
 
  private:
+  // Here at first; together with workers once it has taken longer than a share of the iteration that it ends.
+  void Run(ShardedWork& work) override;
   void Publish(const std::shared_ptr<const State>& state);
   std::shared_ptr<OpenRound> NewRound(const Round& round) const;
   void Resume(OpenRound* open);
@@ -31,6 +34,7 @@ class Farm::FarmExecutor final : public Executor {
   JobCheckpoint resumed_;
   std::function<void(const OpenRound*)> checkpoint_;
   std::optional<Round> announced_;
+  Clock::Duration published_{};  // when the state was, by clock()
 };
 
 }  // namespace lodestar

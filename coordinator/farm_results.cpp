@@ -102,6 +102,17 @@ void Farm::SubmitSurvey(const SurveyResult& result) {
   Changed(*job, &deferred);
 }
 
+void Farm::SubmitShard(const ShardAnswer& answer) {
+  std::shared_ptr<ShardTable> shards;
+  {
+    std::lock_guard lock(mutex_);
+    Worker& worker = NeedWorker(answer.worker);
+    worker.seen = clock_.Now();
+    if (const Job& job = Need(answer.job); job.run) shards = job.run->shards;
+  }
+  if (shards) shards->Accept(answer.lease, answer.trees);
+}
+
 void Farm::FailRunning(Job& job, const std::string& why) {
   job.failure = why;
   job.Log(why);
@@ -137,6 +148,7 @@ void Farm::ReportFailure(const UnitFailure& failure) {
     const bool surveying = job.surveys.erase(failure.lease) > 0;
     if (job.run) {
       for (const auto& open : job.run->open) open->leases.Release(failure.lease);
+      if (job.run->shards) job.run->shards->Release(failure.lease);
     }
     if (Ended(job.stored.phase) || !job.failure.empty()) return;  // it has its reason
     if (failure.kind != UnitFailure::Kind::kReturned) job.Log(worker.info.name + ": " + failure.message);

@@ -27,13 +27,12 @@ Registration Farm::Register(const WorkerInfo& info) {
   return {id, store_.epoch(), options_.leases.duration};
 }
 
-LeasedUnit Farm::Describe(const Job& job, const LeaseEntry& entry, const OpenRound& open) const {
+LeasedUnit Farm::UnitOf(const Job& job, LeaseId lease) const {
   LeasedUnit unit;
-  unit.id = entry.id;
+  unit.id = lease;
   unit.job = job.stored.id();
   unit.description = job.stored.description;
   unit.duration = options_.leases.duration;
-  unit.render = RenderUnit{open.round, entry.node, open.state_hash, job.stored.survey};
   return unit;
 }
 
@@ -48,14 +47,36 @@ std::optional<LeasedUnit> Farm::GrantSurvey(const WorkerId& id) {
     const LeaseId lease = NewLeaseId();
     job->asked.insert(id);
     job->surveys.emplace(lease, SurveyLease{id, clock_.Now() + options_.leases.duration});
-    LeasedUnit unit;
-    unit.id = lease;
-    unit.job = job->stored.id();
-    unit.description = job->stored.description;
-    unit.duration = options_.leases.duration;
+    return UnitOf(*job, lease);
+  }
+  return std::nullopt;
+}
+
+// What keeps a job's other workers waiting comes before its rounds, and before those of any other job.
+std::optional<LeasedUnit> Farm::GrantShard(const WorkerId& id, const Worker& worker) {
+  if (worker.info.tree_canary != tree_canary_) return std::nullopt;
+  for (Job* job : order_) {
+    if (!job->run || !job->run->shards || job->stop.Requested() || LeftToOthers(*job, id)) continue;
+    const LeaseId lease = NewLeaseId();
+    if (!job->run->shards->Grant(lease)) continue;
+    LeasedUnit unit = UnitOf(*job, lease);
+    unit.shard.emplace();
     return unit;
   }
   return std::nullopt;
+}
+
+void Farm::AnswerLease(const LeaseAnswer& answer, std::optional<LeasedUnit> unit) {
+  if (unit && unit->shard) {
+    std::shared_ptr<ShardTable> shards;
+    {
+      std::lock_guard lock(mutex_);
+      if (const Job& job = Need(unit->job); job.run) shards = job.run->shards;
+    }
+    if (shards) unit->shard->request = shards->Describe(unit->id);
+    if (unit->shard->request.empty()) unit.reset();  // it is over: the worker asks again
+  }
+  answer(std::move(unit));
 }
 
 std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& worker, bool copies, Speeds* speeds) {
@@ -87,7 +108,10 @@ std::optional<LeasedUnit> Farm::GrantRender(const WorkerId& id, const Worker& wo
                                           pass_seconds(id) * open.round.passes, i + 1 < run.open.size());
         entry = open.leases.Grant(NewLeaseId(), id, units);
       }
-      if (entry) return Describe(*job, *entry, open);
+      if (!entry) continue;
+      LeasedUnit unit = UnitOf(*job, entry->id);
+      unit.render = RenderUnit{open.round, entry->node, open.state_hash, job->stored.survey};
+      return unit;
     }
   }
   return std::nullopt;
@@ -97,6 +121,7 @@ std::optional<LeasedUnit> Farm::GrantFor(const WorkerId& id, Speeds* speeds) {
   const auto it = workers_.find(id);
   if (it == workers_.end()) return std::nullopt;
   if (auto unit = GrantSurvey(id)) return unit;
+  if (auto unit = GrantShard(id, it->second)) return unit;
   if (auto unit = GrantRender(id, it->second, false, speeds)) return unit;
   return GrantRender(id, it->second, true, speeds);
 }
@@ -105,7 +130,7 @@ void Farm::Pump(Deferred* deferred) {
   Speeds speeds;
   for (auto it = parked_leases_.begin(); it != parked_leases_.end();) {
     if (auto unit = GrantFor(it->worker, &speeds)) {
-      deferred->Add([answer = std::move(it->answer), unit = std::move(unit)] { answer(unit); });
+      deferred->Add([this, answer = std::move(it->answer), unit = std::move(unit)] { AnswerLease(answer, unit); });
       it = parked_leases_.erase(it);
     } else {
       ++it;
@@ -129,7 +154,7 @@ uint64_t Farm::Lease(const WorkerId& worker, Clock::Duration wait, LeaseAnswer a
   NeedWorker(worker);
   Speeds speeds;
   if (auto unit = GrantFor(worker, &speeds); unit || ending_) {
-    deferred.Add([answer = std::move(answer), unit = std::move(unit)] { answer(unit); });
+    deferred.Add([this, answer = std::move(answer), unit = std::move(unit)] { AnswerLease(answer, unit); });
     return 0;
   }
   parked_leases_.push_back({++last_call_, worker, clock_.Now() + wait, std::move(answer)});
@@ -153,6 +178,7 @@ uint64_t Farm::RenewLease(const WorkerId& id, const std::vector<LeaseId>& leases
       }
       if (!job->run) continue;
       for (const auto& open : job->run->open) held = held || open->leases.Renew(lease, id);
+      held = held || (job->run->shards && job->run->shards->Holds(lease));
     }
     if (!held) revoked.push_back(lease);
   }

@@ -11,6 +11,7 @@
 
 #include "coordinator/job_store.h"
 #include "coordinator/lease_table.h"
+#include "coordinator/shard_table.h"
 #include "core/base/stop.h"
 #include "core/learning/loop.h"
 #include "core/learning/reduction.h"
@@ -40,12 +41,14 @@ struct JobRun {
   ContentHash state_hash;
   std::shared_ptr<const Bytes> state_bytes;      // as they are sent
   std::vector<std::shared_ptr<OpenRound>> open;  // the round under way, and the announced one that may follow it
+  std::shared_ptr<ShardTable> shards;            // of the advance under way, once workers may share in it
   // For lease sizes only; 0: unknown.
   std::map<WorkerId, double> pass_seconds;  // of one pass over one unit
   double mean_pass_seconds = 0, bytes_per_unit = 0;
   // What the farm itself cost, for the log.
   double merging_seconds = 0, publishing_seconds = 0;
   uint64_t contributions = 0, contribution_bytes = 0, states = 0, largest_state = 0;
+  uint64_t shards_offered = 0, shards_taken = 0;
 };
 
 struct SurveyLease {

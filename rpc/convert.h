@@ -21,6 +21,7 @@ v1::Lease ToProto(const LeasedUnit& lease);
 v1::ContributionHeader ToProto(const ContributionHeader& header);
 v1::RegisterRequest ToProto(const WorkerInfo& info);
 v1::SubmitSurveyRequest ToProto(const SurveyResult& result);
+v1::SubmitShardRequest ToProto(const ShardAnswer& answer);
 v1::ReportFailureRequest ToProto(const UnitFailure& failure);
 
 JobSpec FromProto(const v1::JobSpec& message);
@@ -34,6 +35,7 @@ LeasedUnit FromProto(const v1::Lease& message);
 ContributionHeader FromProto(const v1::ContributionHeader& message);
 WorkerInfo FromProto(const v1::RegisterRequest& message);
 SurveyResult FromProto(const v1::SubmitSurveyRequest& message);
+ShardAnswer FromProto(const v1::SubmitShardRequest& message);
 UnitFailure FromProto(const v1::ReportFailureRequest& message);
 
 // Throws Error(kInvalidInput) naming the first field, at any depth, that this build does not know: a newer peer must

@@ -77,6 +77,8 @@ v1::Lease ToProto(const LeasedUnit& lease) {
     *r->mutable_node() = ToProto(lease.render->node);
     r->set_state_sha256(lease.render->state.hex);
     r->set_survey(lease.render->survey);
+  } else if (lease.shard) {
+    m.mutable_shard()->set_request(lease.shard->request);
   } else {
     m.mutable_survey();
   }
@@ -92,6 +94,9 @@ LeasedUnit FromProto(const v1::Lease& m) {
     case v1::Lease::kRender:
       lease.render = RenderUnit{FromProto(m.render().round()), FromProto(m.render().node()),
                                 Hash(m.render().state_sha256(), "a lease's state"), m.render().survey()};
+      break;
+    case v1::Lease::kShard:
+      lease.shard = ShardUnit{m.shard().request()};
       break;
     case v1::Lease::kSurvey:
       break;
@@ -137,12 +142,13 @@ v1::RegisterRequest ToProto(const WorkerInfo& info) {
   m.set_canary(info.canary);
   m.set_name(info.name);
   m.set_threads(info.threads);
+  m.set_tree_canary(info.tree_canary);
   return m;
 }
 WorkerInfo FromProto(const v1::RegisterRequest& m) {
-  if (m.build_id().size() > 256 || m.canary().size() > 256 || m.name().size() > 256)
-    Refuse("a worker's name, build id and canary have at most 256 bytes each");
-  return {m.protocol_version(), m.build_id(), m.canary(), m.name(), m.threads()};
+  if (m.build_id().size() > 256 || m.canary().size() > 256 || m.name().size() > 256 || m.tree_canary().size() > 256)
+    Refuse("a worker's name, build id and canaries have at most 256 bytes each");
+  return {m.protocol_version(), m.build_id(), m.canary(), m.name(), m.threads(), m.tree_canary()};
 }
 
 v1::SubmitSurveyRequest ToProto(const SurveyResult& r) {
@@ -166,6 +172,18 @@ SurveyResult FromProto(const v1::SubmitSurveyRequest& m) {
     r.log.push_back(Limited(line));
   }
   return r;
+}
+
+v1::SubmitShardRequest ToProto(const ShardAnswer& a) {
+  v1::SubmitShardRequest m;
+  PutSender(a, &m);
+  m.set_trees(a.trees);
+  return m;
+}
+ShardAnswer FromProto(const v1::SubmitShardRequest& m) {
+  auto a = TakeSender<ShardAnswer>(m);
+  a.trees = m.trees();
+  return a;
 }
 
 v1::ReportFailureRequest ToProto(const UnitFailure& f) {

@@ -12,12 +12,13 @@
 namespace lodestar {
 
 // Both ends must speak the same; carried by every call.
-inline constexpr uint32_t kProtocolVersion = 5;
+inline constexpr uint32_t kProtocolVersion = 6;
 
 // Sizes that a peer may ask for. Above them: INVALID_ARGUMENT or RESOURCE_EXHAUSTED, never an allocation.
 inline constexpr size_t kMaxMessageBytes = size_t{4} << 20;
 inline constexpr size_t kChunkBytes = size_t{512} << 10;  // of a stream, uncompressed; between 64 KiB and 1 MiB
 inline constexpr size_t kMaxChunkBytes = size_t{1} << 20;
+inline constexpr size_t kMaxShardBytes = size_t{3} << 20;
 inline constexpr uint64_t kMaxAssetBytes = uint64_t{2} << 30;
 inline constexpr uint64_t kMaxSceneBytes = uint64_t{16} << 30;
 inline constexpr uint64_t kMaxContributionBytes = uint64_t{1} << 30;

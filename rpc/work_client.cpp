@@ -184,6 +184,13 @@ void WorkClient::SubmitSurvey(const SurveyResult& result) {
               [&](grpc::ClientContext* context) { return impl_->stub->SubmitSurvey(context, request, &reply); });
 }
 
+void WorkClient::SubmitShard(const ShardAnswer& answer) {
+  const auto request = ToProto(answer);
+  v1::SubmitShardReply reply;
+  impl_->Call(minutes(1),
+              [&](grpc::ClientContext* context) { return impl_->stub->SubmitShard(context, request, &reply); });
+}
+
 void WorkClient::ReportFailure(const UnitFailure& failure) {
   const auto request = ToProto(failure);
   v1::ReportFailureReply reply;

@@ -30,6 +30,7 @@ class WorkClient {
   // Fills in the header's size.
   ContributionOutcome SubmitContribution(ContributionHeader header, std::string_view bytes);
   void SubmitSurvey(const SurveyResult& result);
+  void SubmitShard(const ShardAnswer& answer);
   void ReportFailure(const UnitFailure& failure);
 
   // Ends the calls under way with UnreachableError, and makes later ones fail at once.

@@ -13,6 +13,7 @@ struct WorkerInfo {
   uint32_t protocol_version = kProtocolVersion;
   std::string build_id, canary, name;
   uint32_t threads = 1;
+  std::string tree_canary;  // TreeCanary(): only a worker that makes trees as its coordinator does is asked to
   // A job runs on workers of one fingerprint.
   std::string Fingerprint() const { return build_id + "/" + canary; }
 };
@@ -29,12 +30,19 @@ struct RenderUnit {
   Bytes survey;  // Survey::Serialize() of the job's survey
   friend bool operator==(const RenderUnit&, const RenderUnit&) = default;
 };
+// D-trees to be made for a coordinator that advances a state.
+struct ShardUnit {
+  Bytes request;  // core/guiding/tree_request.h
+  friend bool operator==(const ShardUnit&, const ShardUnit&) = default;
+};
 struct LeasedUnit {
   LeaseId id;
   JobId job;
   ContentHash description;  // of JobDescription::Serialize()
   Clock::Duration duration{};
-  std::optional<RenderUnit> render;  // absent: a survey
+  // One of them; both absent: a survey.
+  std::optional<RenderUnit> render;
+  std::optional<ShardUnit> shard;
 };
 
 // What a worker must know of a job, as one content-addressed document.
@@ -72,6 +80,12 @@ struct SurveyResult {
   Bytes survey;  // empty where the scene is in error
   std::string scene_error;
   std::vector<std::string> log;
+};
+struct ShardAnswer {
+  WorkerId worker;
+  LeaseId lease;
+  JobId job;
+  Bytes trees;  // AnswerTreeRequest()
 };
 struct UnitFailure {
   enum class Kind { kReturned = 1, kJob, kWorker } kind = Kind::kReturned;

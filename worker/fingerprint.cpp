@@ -1,6 +1,7 @@
 #include "worker/fingerprint.h"
 
 #include "core/base/sha256_stream.h"
+#include "core/guiding/tree_request.h"
 #include "core/learning/loop.h"
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/local_executor.h"
@@ -79,6 +80,7 @@ WorkerInfo DescribeWorker(const std::string& name, int threads) {
   info.threads = static_cast<uint32_t>(threads);
   info.build_id = Sha256OfFile("/proc/self/exe").hex.substr(0, 16);
   info.canary = Canary();
+  info.tree_canary = TreeCanary();
   return info;
 }
 

@@ -32,6 +32,8 @@ class Worker {
 
   // Runs until drained; throws ProtocolError where the coordinator is of another release.
   void Run();
+  // Of trees that it made for advances; once Run() has returned.
+  uint64_t shards() const { return shards_; }
   // Finishes and delivers the unit at hand, gives back the others, and lets Run return. From any thread.
   void Drain();
 
@@ -53,6 +55,7 @@ class Worker {
   void DeliverLoop();
   void KeepLoop();
   void Survey(const Held& held);
+  void MakeTrees(const Held& held);
   void Render(const Held& held);
   void Deliver();  // what is gathered
   void Send(Gathered& delivery, const std::string& what);
@@ -76,7 +79,7 @@ class Worker {
 
   std::optional<Gathered> gathered_;  // of the rendering thread
   // Of the rendering thread, and of the delivering one: what the log says at the end.
-  uint64_t leases_ = 0, deliveries_made_ = 0, delivered_bytes_ = 0;
+  uint64_t leases_ = 0, shards_ = 0, deliveries_made_ = 0, delivered_bytes_ = 0;
   double rendering_seconds_ = 0, delivering_seconds_ = 0;
 
   std::mutex register_;

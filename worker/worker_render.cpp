@@ -1,7 +1,10 @@
 // What a worker does with its leases: renders, gathers, delivers, and says what it could not do.
+#include <tbb/task_arena.h>
+
 #include <utility>
 
 #include "core/base/log.h"
+#include "core/guiding/tree_request.h"
 #include "core/learning/contribution.h"
 #include "worker/worker.h"
 
@@ -46,7 +49,7 @@ void Worker::RenderLoop() {
       } else if (give_back) {
         Fail(held, UnitFailure::Kind::kReturned, "");
       } else {
-        held.unit.render ? Render(held) : Survey(held);
+        held.unit.render ? Render(held) : held.unit.shard ? MakeTrees(held) : Survey(held);
       }
     } catch (const UnreachableError&) {
       Release(held.unit.id);
@@ -63,7 +66,8 @@ void Worker::RenderLoop() {
     }
   }
   Deliver();
-  spdlog::info("rendered {} leases in {:.2f} s, waited {:.2f} s between them", leases_, rendering_seconds_, waited);
+  spdlog::info("rendered {} leases in {:.2f} s, waited {:.2f} s between them; made {} shards of trees", leases_,
+               rendering_seconds_, waited, shards_);
   {
     std::lock_guard lock(mutex_);
     rendered_ = true;
@@ -73,8 +77,11 @@ void Worker::RenderLoop() {
 
 void Worker::Fail(const Held& held, UnitFailure::Kind kind, const std::string& message) {
   if (!message.empty())
-    spdlog::warn("{} of {}: {}", held.unit.render ? held.unit.render->node.ToString() : "survey", held.unit.job.value,
-                 message);
+    spdlog::warn("{} of {}: {}",
+                 held.unit.render  ? held.unit.render->node.ToString()
+                 : held.unit.shard ? "shard"
+                                   : "survey",
+                 held.unit.job.value, message);
   Release(held.unit.id);
   // What ends a worker may have ended its child too, and cuts its patience short: nobody's fault.
   if (drain_.Requested()) kind = UnitFailure::Kind::kReturned;
@@ -112,6 +119,23 @@ void Worker::Survey(const Held& held) {
       Forget(id);  // the coordinator has restarted; it will ask again
     }
   });
+  Release(held.unit.id);
+}
+
+// Its trees are waited for now or never: what goes wrong is left to the coordinator, which makes them itself.
+void Worker::MakeTrees(const Held& held) {
+  const auto job = jobs_.Find(held.unit.description);
+  tbb::task_arena arena(job ? job->threads() : static_cast<int>(info_.threads));
+  ShardAnswer answer{Id(), held.unit.id, held.unit.job, {}};
+  arena.execute([&] { answer.trees = AnswerTreeRequest(held.unit.shard->request); });
+  ++shards_;
+  try {
+    working_.SubmitShard(answer);
+  } catch (const Error& error) {
+    if (error.kind() == ErrorKind::kCorrupt) throw;
+    if (error.kind() == ErrorKind::kNotFound) Forget(answer.worker);
+    spdlog::debug("a shard of {} was not delivered: {}", held.unit.job.value, error.what());
+  }
   Release(held.unit.id);
 }
 

@@ -11,6 +11,7 @@ namespace lodestar {
 
 void Register(Farm& farm, const v1::RegisterRequest& request, v1::RegisterReply* reply);
 void SubmitSurvey(Farm& farm, const v1::SubmitSurveyRequest& request, v1::SubmitSurveyReply* reply);
+void SubmitShard(Farm& farm, const v1::SubmitShardRequest& request, v1::SubmitShardReply* reply);
 void ReportFailure(Farm& farm, const v1::ReportFailureRequest& request, v1::ReportFailureReply* reply);
 
 // Parked: `answer` is called once, now or later, from any thread; it returns false where nobody listens any more. The

@@ -15,6 +15,9 @@ class WorkService final : public OverFarm<v1::Work::CallbackService> {
                                          v1::SubmitSurveyReply* r) override {
     return Call(c, q, r, lodestar::SubmitSurvey);
   }
+  grpc::ServerUnaryReactor* SubmitShard(Context* c, const v1::SubmitShardRequest* q, v1::SubmitShardReply* r) override {
+    return Call(c, q, r, lodestar::SubmitShard);
+  }
   grpc::ServerUnaryReactor* ReportFailure(Context* c, const v1::ReportFailureRequest* q,
                                           v1::ReportFailureReply* r) override {
     return Call(c, q, r, lodestar::ReportFailure);

@@ -6,6 +6,7 @@
 #include "core/base/parallel.h"
 #include "core/guiding/light_selection.h"
 #include "core/guiding/radiance_scale.h"
+#include "core/guiding/tree_request.h"
 
 namespace lodestar {
 namespace {
@@ -67,38 +68,38 @@ namespace {
 
 using Reconstruction = SdTreeOptions::Reconstruction;
 
-directional::Tree RebuildTree(const SdTree& tree, directional::CellMasses masses, Reconstruction reconstruction,
-                              double flux_threshold) {
+TreeRecipe RecipeFor(const SdTree& tree, Reconstruction reconstruction, double flux_threshold) {
   const SdTreeOptions& options = tree.options();
-  switch (reconstruction) {
-    case Reconstruction::kDense:
-    case Reconstruction::kDenseUnlimited:
-      return directional::ReconstructDense(masses, options.dense_sigma, flux_threshold, options.max_directional_depth);
-    case Reconstruction::kNative:
-      return directional::ReconstructNative(masses, flux_threshold, options.max_directional_depth);
-    case Reconstruction::kNone:
-      break;
-  }
-  return directional::Rebuild(masses.nodes, masses.node_count, std::move(masses.total), flux_threshold,
-                              options.max_directional_depth);
+  return {reconstruction, options.dense_sigma, flux_threshold, options.max_directional_depth};
 }
 
+// What a leaf's D-tree is to be made from; nothing where too little was recorded to make one.
+std::optional<directional::CellMasses> MassesToLearnFrom(const SdTree& tree, const SdTreeStatistics& statistics,
+                                                         uint32_t leaf) {
+  if (statistics.leaf(leaf).records() < tree.options().min_records) return std::nullopt;
+  directional::CellMasses masses = RecordedMasses(tree, statistics, leaf);
+  double total = 0;
+  for (const double mass : masses.total) total += mass;
+  if (!(total > 0)) return std::nullopt;
+  return masses;
+}
+
+// `made`: the leaf's next D-tree where it has been made; else it is made here.
 RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, uint32_t leaf,
-                        Reconstruction reconstruction, double flux_threshold, double split_threshold) {
+                        Reconstruction reconstruction, double flux_threshold, double split_threshold,
+                        std::optional<directional::Tree> made = {}) {
   const SdTreeOptions& options = tree.options();
   const SdTreeStatistics::LeafSums& sums = statistics.leaf(leaf);
   RebuiltLeaf out;
   out.leaf = tree.leaf(leaf);
   double records = sums.records();
 
-  directional::CellMasses masses;
-  double total = 0;
-  if (records >= options.min_records) {
-    masses = RecordedMasses(tree, statistics, leaf);
-    for (const double mass : masses.total) total += mass;
+  if (!made) {
+    if (auto masses = MassesToLearnFrom(tree, statistics, leaf))
+      made = MakeTree(RecipeFor(tree, reconstruction, flux_threshold), *masses);
   }
-  if (total > 0) {
-    out.tree = RebuildTree(tree, std::move(masses), reconstruction, flux_threshold);
+  if (made) {
+    out.tree = *std::move(made);
     out.leaf.learned = 1;
     const double flux = sums.flux.Value() / records / tree.radiance_scale();
     out.leaf.mean_flux = static_cast<float>(std::min(flux, 3e38));
@@ -134,6 +135,75 @@ std::vector<Reconstruction> Reconstructions(const SdTree& tree, Reconstruction w
   return reconstructions;
 }
 
+// All leaves to be rebuilt, in ranges of about as many nodes: a tenth of a millisecond to some milliseconds of work,
+// and some hundred kilobytes where it is sent.
+class LeafShards final : public ShardedWork {
+ public:
+  LeafShards(const SdTree& tree, const SdTreeStatistics& statistics, const std::vector<Reconstruction>& reconstructions,
+             double flux_threshold, double split_threshold, std::vector<RebuiltLeaf>* leaves)
+      : tree_(tree),
+        statistics_(statistics),
+        reconstructions_(reconstructions),
+        flux_threshold_(flux_threshold),
+        split_threshold_(split_threshold),
+        leaves_(*leaves) {
+    constexpr uint32_t kNodes = 8192;
+    uint32_t nodes = 0;
+    for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) {
+      if (leaf == 0 || nodes + tree.leaf(leaf).node_count > kNodes) {
+        begins_.push_back(leaf);
+        nodes = 0;
+      }
+      nodes += tree.leaf(leaf).node_count;
+    }
+    begins_.push_back(tree.leaf_count());
+  }
+  uint32_t count() const override { return static_cast<uint32_t>(begins_.size() - 1); }
+  void DoHere(uint32_t shard) override {
+    const uint32_t begin = begins_[shard];
+    ParallelFor(begins_[shard + 1] - begin, [&](uint32_t i) { Rebuild(begin + i); });
+  }
+  Bytes Describe(uint32_t shard) const override {
+    const uint32_t begin = begins_[shard];
+    std::optional<TreeRequest> request;
+    for (uint32_t leaf = begin; leaf < begins_[shard + 1]; ++leaf) {
+      const Reconstruction reconstruction = reconstructions_[leaf];
+      if (reconstruction == Reconstruction::kNone) continue;
+      if (!request) request.emplace(RecipeFor(tree_, reconstruction, flux_threshold_));
+      if (const auto masses = MassesToLearnFrom(tree_, statistics_, leaf)) request->Add(leaf - begin, *masses);
+    }
+    return request ? request->Take() : Bytes();
+  }
+  void Accept(uint32_t shard, std::string_view answer) override {
+    const uint32_t begin = begins_[shard], count = begins_[shard + 1] - begin;
+    auto trees = ReadTreeAnswer(answer, count, tree_.options().max_directional_depth);
+    for (const PlacedTree& made : trees) {
+      const uint32_t leaf = begin + made.place;
+      if (reconstructions_[leaf] == Reconstruction::kNone ||
+          statistics_.leaf(leaf).records() < tree_.options().min_records)
+        throw Error(ErrorKind::kCorrupt, "an answer has a tree that nobody asked for");
+    }
+    auto next = trees.begin();
+    for (uint32_t i = 0; i < count; ++i) {
+      const bool made = next != trees.end() && next->place == i;
+      Rebuild(begin + i, made ? std::optional(std::move(next++->tree)) : std::nullopt);
+    }
+  }
+
+ private:
+  void Rebuild(uint32_t leaf, std::optional<directional::Tree> made = {}) {
+    leaves_[leaf] = RebuildLeaf(tree_, statistics_, leaf, reconstructions_[leaf], flux_threshold_, split_threshold_,
+                                std::move(made));
+  }
+
+  const SdTree& tree_;
+  const SdTreeStatistics& statistics_;
+  const std::vector<Reconstruction>& reconstructions_;  // of one kind, but for kNone
+  const double flux_threshold_, split_threshold_;
+  std::vector<RebuiltLeaf>& leaves_;
+  std::vector<uint32_t> begins_;  // of the shards, and the end of the last
+};
+
 float NextScale(const SdTree& tree, const SdTreeStatistics& statistics) {
   double flux = 0, records = 0;
   for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) {
@@ -155,7 +225,7 @@ double NodesAfterSplits(const std::vector<RebuiltLeaf>& leaves) {
 }  // namespace
 
 std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics, double samples_per_pixel,
-                                      std::optional<Reconstruction> reconstruction) {
+                                      std::optional<Reconstruction> reconstruction, ShardRunner* runner) {
   LODESTAR_CHECK(tree.fingerprint() == statistics.tree()->fingerprint());
   LODESTAR_CHECK(samples_per_pixel > 0);
   const SdTreeOptions& options = tree.options();
@@ -168,9 +238,12 @@ std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics
   const std::vector<Reconstruction> reconstructions =
       Reconstructions(tree, reconstruction.value_or(options.reconstruction));
   for (bool trees_turn = false;; trees_turn = !trees_turn) {
-    ParallelFor(tree.leaf_count(), [&](uint32_t leaf) {
-      leaves[leaf] = RebuildLeaf(tree, statistics, leaf, reconstructions[leaf], flux_threshold, split_threshold);
-    });
+    LeafShards shards(tree, statistics, reconstructions, flux_threshold, split_threshold, &leaves);
+    if (runner != nullptr) {
+      runner->Run(shards);
+    } else {
+      ParallelFor(shards.count(), [&](uint32_t shard) { shards.DoHere(shard); });
+    }
     if (NodesAfterSplits(leaves) <= static_cast<double>(options.max_nodes)) break;
     const bool splits = std::ranges::any_of(leaves, [](const RebuiltLeaf& leaf) { return leaf.splits > 0; });
     if (splits && (!trees_turn || flux_threshold >= coarsest)) {

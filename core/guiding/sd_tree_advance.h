@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/base/shards.h"
 #include "core/guiding/reconstruction.h"
 #include "core/guiding/sd_tree.h"
 #include "core/guiding/sd_tree_statistics.h"
@@ -21,8 +22,10 @@ namespace lodestar {
 // on.
 // reconstruction: another than the tree's options say, for studies on the same statistics; kNative only where those
 // keep halves.
+// runner: who rebuilds the leaves, as shards; null: this process.
 std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics, double samples_per_pixel,
-                                      std::optional<SdTreeOptions::Reconstruction> reconstruction = {});
+                                      std::optional<SdTreeOptions::Reconstruction> reconstruction = {},
+                                      ShardRunner* runner = nullptr);
 
 // What was recorded in a leaf's cells, as Advance() rebuilds its D-tree from: in the target's unit, the halves apart
 // where the statistics keep them.

@@ -1,8 +1,8 @@
-// The SD-tree's bytes, version 3. Nodes are written in their order of layout, which follows from the probabilities, so
-// no links are written and none can be wrong.
+// The SD-tree's bytes, version 3.
 #include <numeric>
 
 #include "core/guiding/bsdf_fraction.h"
+#include "core/guiding/directional_tree_io.h"
 #include "core/guiding/light_selection.h"
 #include "core/guiding/radiance_scale.h"
 #include "core/guiding/sd_tree.h"
@@ -12,37 +12,6 @@ namespace {
 
 constexpr uint32_t kMagic = DocumentMagic("DSDT");
 constexpr uint32_t kVersion = 3;
-
-// Links the nodes of one tree, read so far with masks for links, depth first.
-class Linker {
- public:
-  Linker(std::span<DirectionalNode> nodes, std::span<const uint8_t> masks, int max_depth)
-      : nodes_(nodes), masks_(masks), max_depth_(max_depth) {}
-  // The tree's depth, or 0 when the nodes do not form one tree.
-  int Link() {
-    if (nodes_.empty() || !Visit(0)) return 0;
-    return next_ == nodes_.size() ? depth_ : 0;
-  }
-
- private:
-  bool Visit(int level) {
-    if (next_ >= nodes_.size() || level >= max_depth_) return false;
-    const size_t index = next_++;
-    depth_ = std::max(depth_, level + 1);
-    for (int c : directional::LikeliestFirst(nodes_[index])) {
-      nodes_[index].child[c] = 0;
-      if (((masks_[index] >> c) & 1) == 0) continue;
-      nodes_[index].child[c] = static_cast<uint16_t>(next_);
-      if (!Visit(level + 1)) return false;
-    }
-    return true;
-  }
-  std::span<DirectionalNode> nodes_;
-  std::span<const uint8_t> masks_;
-  int max_depth_;
-  size_t next_ = 0;
-  int depth_ = 0;
-};
 
 // Probabilities in units of 2^-16.
 bool IsSelection(std::span<const uint16_t> shares) {
@@ -75,7 +44,7 @@ Bytes SdTree::Serialize() const {
   }
   std::vector<uint16_t> probabilities(nodes_.size() * 3);
   for (size_t i = 0; i < nodes_.size(); ++i) {
-    for (int c = 0; c < 4; ++c) masks[i] |= static_cast<uint8_t>((nodes_[i].child[c] != 0) << c);
+    masks[i] = directional::ChildMask(nodes_[i]);
     probabilities[i * 3] = nodes_[i].left;
     probabilities[i * 3 + 1] = nodes_[i].lower[0];
     probabilities[i * 3 + 2] = nodes_[i].lower[1];
@@ -137,11 +106,8 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
 
   parts.nodes.resize(masks.size());
   for (size_t i = 0; i < masks.size(); ++i) {
-    std::array<uint16_t, 3> p;
-    std::memcpy(p.data(), probabilities.data() + i * sizeof(p), sizeof(p));
-    parts.nodes[i].left = p[0];
-    parts.nodes[i].lower = {p[1], p[2]};
-    if (std::max({p[0], p[1], p[2]}) > DirectionalNode::kOne || masks[i] > 15)
+    if (masks[i] > 15 ||
+        !directional::ReadProbabilities(probabilities.data() + i * directional::kProbabilityBytes, &parts.nodes[i]))
       in.Fail("has a node that is no distribution");
   }
   parts.leaves.resize(leaves);
@@ -149,9 +115,9 @@ std::shared_ptr<const SdTree> SdTree::Parse(std::string_view bytes) {
   for (size_t i = 0; i < leaves; ++i) {
     if (counts[i] == 0 || counts[i] > directional::kMaxNodes || counts[i] > masks.size() - first)
       in.Fail("has a directional tree beyond its nodes");
-    const int depth = Linker(std::span(parts.nodes).subspan(first, counts[i]),
-                             std::span(masks).subspan(first, counts[i]), parts.options.max_directional_depth)
-                          .Link();
+    const int depth =
+        directional::Link(std::span(parts.nodes).subspan(first, counts[i]), std::span(masks).subspan(first, counts[i]),
+                          parts.options.max_directional_depth);
     if (depth == 0) in.Fail("has a broken directional tree");
     if (learned[i] > 1 || !(fractions[i] >= kMinBsdfFraction && fractions[i] <= kMaxBsdfFraction) ||
         !(records[i] >= 0) || !std::isfinite(records[i]) || !(flux[i] >= 0) || !std::isfinite(flux[i]) ||

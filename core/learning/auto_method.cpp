@@ -7,13 +7,13 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/base/sealed_bytes.h"
 #include "core/learning/focal_guiding.h"
 #include "core/learning/grid_guiding.h"
 #include "core/learning/method_maker.h"
 #include "core/learning/method_options.h"
 #include "core/learning/path_tracing.h"
 #include "core/learning/sd_tree_guiding.h"
-#include "core/learning/sealed_bytes.h"
 
 namespace lodestar {
 namespace {

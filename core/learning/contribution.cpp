@@ -5,7 +5,7 @@
 #include <iterator>
 
 #include "core/base/check.h"
-#include "core/learning/sealed_bytes.h"
+#include "core/base/sealed_bytes.h"
 
 namespace lodestar {
 namespace {

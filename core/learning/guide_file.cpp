@@ -3,7 +3,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "core/learning/sealed_bytes.h"
+#include "core/base/sealed_bytes.h"
 
 namespace lodestar {
 namespace {

@@ -1,6 +1,6 @@
 // The file of a guiding state, as `render --state` writes, a coordinator keeps and `inspect --guide` reads it: what a
 // run had learned when it ended, with the job that it belongs to and the hash of its scene. Sealed
-// (core/learning/sealed_bytes.h).
+// (core/base/sealed_bytes.h).
 #pragma once
 
 #include <filesystem>

@@ -80,7 +80,7 @@ void Loop::Run(Executor& executor, const StopToken& stop, const Hooks& hooks, co
   if (reference != nullptr) Compare(Develop(), *reference);  // throws where it can never be compared
   if (!finished_) report_.stop_reason.clear();
   while (!finished_) {
-    if (!stop.Requested() && iteration_complete_) Advance(hooks, clock);
+    if (!stop.Requested() && iteration_complete_) Advance(executor.shards(), hooks, clock);
     if (stop.Requested()) break;
     const Round round = NextRound();
     if (const std::optional<Round> after = RoundAfter(round)) executor.Announce(state_, *after);
@@ -243,7 +243,7 @@ double Loop::PredictedVariance() const {
   return rest > 0 ? variance * iteration / rest : 0;
 }
 
-void Loop::Advance(const Hooks& hooks, const Clock& clock) {
+void Loop::Advance(ShardRunner* shards, const Hooks& hooks, const Clock& clock) {
   Clock::Duration start = clock.Now();
   if (!combined_) combined_ = Combine(films_, method_->combination());  // restored from a checkpoint
   std::shared_ptr<const State> next = method_->Advance(state_, {.statistics = learned_.get(),
@@ -251,7 +251,8 @@ void Loop::Advance(const Hooks& hooks, const Clock& clock) {
                                                                 .passes = iteration_passes_,
                                                                 .image = &combined_->image,
                                                                 .films = films_,
-                                                                .last = next_is_final_});
+                                                                .last = next_is_final_,
+                                                                .shards = shards});
   if (hooks.advanced) {
     const Clock::Duration called = clock.Now();
     hooks.advanced(state_, learned_.get(), next);

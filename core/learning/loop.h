@@ -28,6 +28,8 @@ class Executor {
   // run first. An executor may begin it while `round` drains, and must be ready to throw it away. The loop leaves this
   // out where the state will advance in between.
   virtual void Announce(const std::shared_ptr<const State>& state, const Round& next) {}
+  // Who shares in advancing the state; null: nobody.
+  virtual ShardRunner* shards() { return nullptr; }
 };
 
 // One point of error against run time.
@@ -120,7 +122,7 @@ class Loop {
   // Iteration ends.
   bool EndsTraining(uint32_t next) const;
   double PredictedVariance() const;
-  void Advance(const Hooks& hooks, const Clock& clock);
+  void Advance(ShardRunner* shards, const Hooks& hooks, const Clock& clock);
   void BeginIteration();
 
   JobSpec job_;

@@ -1,8 +1,8 @@
 // A loop's whole position as bytes.
 #include <cmath>
 
+#include "core/base/sealed_bytes.h"
 #include "core/learning/loop.h"
-#include "core/learning/sealed_bytes.h"
 
 namespace lodestar {
 namespace {

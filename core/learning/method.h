@@ -13,6 +13,7 @@
 #include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/base/health.h"
+#include "core/base/shards.h"
 #include "core/film/film.h"
 #include "core/learning/job.h"
 #include "core/learning/round.h"
@@ -83,6 +84,7 @@ struct IterationResult {
   const Image* image = nullptr;               // the job's image so far; null where there is none
   std::span<const IterationFilm> films = {};  // those it is made of; this iteration's is the last
   bool last = false;                          // training ends here: the state to come renders the rest of the job
+  ShardRunner* shards = nullptr;              // who does what can be done in shards; null: this process
 };
 
 struct OptionHelp {

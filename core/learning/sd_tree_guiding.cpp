@@ -53,7 +53,8 @@ std::shared_ptr<const State> SdTreeMethod::Advance(const std::shared_ptr<const S
                                                    const IterationResult& result) const {
   if (result.statistics == nullptr) return state;
   const auto& learned = As<SdTreeGuidingStatistics>(*result.statistics);
-  auto tree = lodestar::Advance(As<SdTreeState>(*state).tree(), learned.sums(), static_cast<double>(result.passes));
+  auto tree = lodestar::Advance(As<SdTreeState>(*state).tree(), learned.sums(), static_cast<double>(result.passes), {},
+                                result.shards);
   PixelEstimate pixels;
   if (NeedsPixels(*tree)) {
     LODESTAR_CHECK(result.image != nullptr);

@@ -8,6 +8,7 @@
 
 #include "coordinator/handlers/farm_handlers.h"
 #include "coordinator/handlers/work_handlers.h"
+#include "core/guiding/tree_request.h"
 #include "core/learning/contribution.h"
 #include "core/scene/pbrt_parser.h"
 #include "core/tracing/local_executor.h"
@@ -56,6 +57,7 @@ class DirectWorker {
     v1::RegisterRequest request;
     request.set_protocol_version(kProtocolVersion);
     request.set_build_id("direct");
+    request.set_tree_canary(TreeCanary());
     v1::RegisterReply reply;
     Register(farm_, request, &reply);
     id_ = reply.worker_id();
@@ -73,9 +75,10 @@ class DirectWorker {
       const auto reply = mailbox.Wait();
       if (!reply.has_lease()) continue;
       const auto unit = FromProto(reply.lease());
-      unit.render ? Render(unit) : Survey(unit);
+      unit.render ? Render(unit) : unit.shard ? MakeTrees(unit) : Survey(unit);
     }
   }
+  int shards = 0;
 
  private:
   void Renew() {
@@ -94,11 +97,19 @@ class DirectWorker {
     v1::SubmitSurveyReply reply;
     SubmitSurvey(farm_, ToProto(SurveyResult{{id_}, unit.id, unit.job, compiled_.survey.Serialize(), "", {}}), &reply);
   }
+  void Hold(const LeasedUnit& unit) {
+    std::lock_guard lock(mutex_);
+    held_ = unit.id.value;
+  }
+  void MakeTrees(const LeasedUnit& unit) {
+    Hold(unit);
+    ++shards;
+    if (random_() % 4 == 0) return;  // forgotten
+    v1::SubmitShardReply reply;
+    SubmitShard(farm_, ToProto(ShardAnswer{{id_}, unit.id, unit.job, AnswerTreeRequest(unit.shard->request)}), &reply);
+  }
   void Render(const LeasedUnit& unit) {
-    {
-      std::lock_guard lock(mutex_);
-      held_ = unit.id.value;
-    }
+    Hold(unit);
     const RenderUnit& r = *unit.render;
     try {
       Bytes state_bytes;
@@ -144,6 +155,7 @@ struct FarmThreads : testing::Test {
     options.blobs.reserve_bytes = 1 << 20;
     options.checkpoint_interval = options.checkpoint_least = std::chrono::milliseconds(5);
     options.leases.unknown_grace = options.leases.straggler_grace = std::chrono::milliseconds(20);
+    options.alone_share = -1;  // every advance is offered
   }
   // What FarmClient does.
   std::string Submit(Farm& farm, const JobSpec& spec, const std::string& token) {
@@ -234,6 +246,9 @@ TEST_F(FarmThreads, ClientsAndWorkersAtOnce) {
   threads.clear();
   EXPECT_EQ(Get(farm, id).phase, JobPhase::kDone) << Get(farm, id).error;
   EXPECT_TRUE(SameBits(*farm.GetImage({id}), expected.image));
+  int shards = 0;
+  for (const auto& worker : workers) shards += worker->shards;
+  EXPECT_GT(shards, 0);
 }
 
 // The farm may end at any moment while others call it; what it has stored is enough.

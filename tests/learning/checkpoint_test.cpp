@@ -1,11 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "core/base/error.h"
 #include "core/learning/loop.h"
-#include "core/learning/sealed_bytes.h"
 #include "tests/learning/synthetic.h"
+#include "tests/support/resealed.h"
 
 namespace lodestar {
 namespace {
@@ -96,25 +94,20 @@ TEST(Checkpoint, DamageIsRefused) {
   EXPECT_THROW(Loop::Restore(JobOf("path", "").Serialize()), Error);
 }
 
-// A right checksum around wrong content: no crash, whatever the content says. The checksum is found by asking
-// OpenSealed's own writer.
+// A right checksum around wrong content: no crash, whatever the content says.
 TEST(Checkpoint, ForgedContentDoesNotCrash) {
   test::Result unused;
   const std::vector<Bytes> checkpoints = CheckpointsOf(JobOf("sdtree", "inverse-variance"), &unused);
   const Bytes& bytes = checkpoints[7];
-  uint32_t version;
-  std::memcpy(&version, bytes.data() + sizeof(uint32_t), sizeof version);
   test::Random random(5);
   int refused = 0, read = 0;
   for (int i = 0; i < 400; ++i) {
     // Most of the bytes are film sums, where a change is a value like another; the rest is what matters here.
     const size_t at = 8 + random.Next() % (i % 2 == 0 ? 1500 : bytes.size() - 16);
-    ByteWriter forged = OpenDocument(DocumentMagic("LDCP"), version);
-    Bytes content = bytes.substr(8, bytes.size() - 16);
-    content[(at - 8) % content.size()] = static_cast<char>(random.Next());
-    for (const char c : content) forged.Put(c);
+    const Bytes forged = Resealed(
+        bytes, [&](Bytes* content) { (*content)[(at - 8) % content->size()] = static_cast<char>(random.Next()); });
     try {
-      const auto loop = Loop::Restore(Seal(std::move(forged)));
+      const auto loop = Loop::Restore(forged);
       if (!loop->finished()) loop->NextRound();
       loop->Develop();
       ++read;
@@ -130,14 +123,11 @@ TEST(Checkpoint, ForgedContentDoesNotCrash) {
 TEST(Checkpoint, AFilmOfNoCandidateIsRefused) {
   Loop loop(SyntheticJob("auto", 0), SyntheticSurvey());
   const Bytes bytes = loop.Checkpoint(), state = loop.state()->Serialize();
-  ByteWriter forged = OpenDocument(DocumentMagic("LDCP"), 4);
-  Bytes content = bytes.substr(8, bytes.size() - 16);
   // After the state: the position (six counts, flags and six times), the number of films, the first one's iteration.
-  const size_t at = content.find(state) + state.size() + 76 + 8 + 4;
-  content[at] = 9;
-  for (const char c : content) forged.Put(c);
+  const Bytes forged =
+      Resealed(bytes, [&](Bytes* content) { (*content)[content->find(state) + state.size() + 76 + 8 + 4] = 9; });
   try {
-    Loop::Restore(Seal(std::move(forged)));
+    Loop::Restore(forged);
     FAIL() << "was read";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("film of no candidate"), std::string::npos) << error.what();

@@ -4,7 +4,7 @@
 #include <sys/resource.h>
 
 #include "core/base/error.h"
-#include "core/learning/sealed_bytes.h"
+#include "core/base/sealed_bytes.h"
 #include "core/math/sampler.h"
 #include "tests/learning/synthetic.h"
 

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "core/base/error.h"
-#include "core/learning/sealed_bytes.h"
 #include "tests/learning/synthetic.h"
 
 namespace lodestar {
@@ -85,25 +84,6 @@ TEST(Survey, ALongListOfWhatWasLeftOutEndsInHowManyMore) {
   EXPECT_EQ(survey.left_out.size(), Survey::kMaxLeftOut + 1);
   EXPECT_EQ(survey.left_out.back(), "and 7 more");
   EXPECT_EQ(Survey::Parse(survey.Serialize()).left_out, survey.left_out);
-}
-
-TEST(SealedBytes, AnotherVersionIsNamed) {
-  constexpr uint32_t kMagic = DocumentMagic("TEST");
-  ByteWriter out = OpenDocument(kMagic, 2);
-  out.PutString("content");
-  const Bytes bytes = Seal(std::move(out));
-  EXPECT_EQ(OpenSealed(bytes, kMagic, 2, "paper").size(), 8 + 7u);
-  try {
-    OpenSealed(bytes, kMagic, 1, "paper");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kConflict);
-    EXPECT_NE(std::string(error.what()).find("paper has format version 2, this program reads version 1"),
-              std::string::npos)
-        << error.what();
-  }
-  EXPECT_THROW(OpenSealed(bytes, DocumentMagic("ELSE"), 2, "paper"), Error);
-  EXPECT_THROW(OpenSealed("", kMagic, 2, "paper"), Error);
 }
 
 TEST(Budget, RefusesWhatIsNoBudget) {

@@ -119,6 +119,18 @@ TEST(Convert, LeasesSurvive) {
   EXPECT_EQ(back.render, lease.render);
   lease.render.reset();
   EXPECT_FALSE(FromProto(ToProto(lease)).render);
+  EXPECT_FALSE(FromProto(ToProto(lease)).shard);
+  lease.shard = ShardUnit{std::string("\0request", 8)};
+  const auto shard = FromProto(ToProto(lease));
+  EXPECT_EQ(shard.id, lease.id);
+  EXPECT_EQ(shard.shard, lease.shard);
+  EXPECT_FALSE(shard.render);
+  lease.shard.reset();
+  const auto answer = FromProto(ToProto(ShardAnswer{{"w"}, {5}, {"job-1"}, std::string("\0trees", 6)}));
+  EXPECT_EQ(answer.worker.value, "w");
+  EXPECT_EQ(answer.lease.value, 5u);
+  EXPECT_EQ(answer.job.value, "job-1");
+  EXPECT_EQ(answer.trees, std::string("\0trees", 6));
   auto without = ToProto(lease);
   without.clear_unit();
   Refusal([&] { FromProto(without); });

@@ -1,4 +1,4 @@
-#include "core/learning/sealed_bytes.h"
+#include "core/base/sealed_bytes.h"
 
 #include "core/base/hash.h"
 

@@ -1,4 +1,4 @@
-// The envelope of every document the learning half writes: magic, version, content, checksum. The checksum is a chain
+// The envelope of every document that is kept or sent whole: magic, version, content, checksum. The checksum is a chain
 // of bijections over 64-bit words, so a change within any one word is always found, and any other damage with a chance
 // of 1 - 2^-64. It guards against accidents (disks, truncated files), not against forgery: that is what content hashes
 // are for.
