@@ -6,7 +6,7 @@
 // After 15 training samples a pixel, trees are made from 16 more, and compared with what 256 further samples recorded
 // in the same cells. chi-square is the second moment of guiding by (0.7 tree + 0.3 uniform) towards that, 1 at best;
 // the geometric mean over leaves, and its ratio to the tree as recorded. Then what making them costs, on one thread,
-// and what leaving them to another process would.
+// and what leaving those of `dense` to another process would.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -155,57 +155,48 @@ void PrintCost(const Recording& recording, double threshold, int max_depth) {
   }
 }
 
-// CPU time of a tree that is left to another process: to ask for it, and to read it back; beside that of making it
-// here.
+// CPU time of a dense tree that is left to another process: to ask for it, and to read it back; beside that of making
+// it here.
 void PrintSharing(const Recording& recording, double threshold, int max_depth) {
-  using Reconstruction = SdTreeOptions::Reconstruction;
   constexpr uint32_t kTogether = 100;
-  std::vector<CellMasses> all;
+  std::vector<const CellMasses*> all;
   for (const CellMasses& masses : recording.masses)
-    if (!IsEmpty(masses.total)) all.push_back(masses);
+    if (!IsEmpty(masses.total)) all.push_back(&masses);
+  const auto number = static_cast<uint32_t>(all.size());
+  const auto microseconds = [&](const auto& run) {
+    double least = 1e300;
+    for (int pass = 0; pass < 5; ++pass) {
+      const double begin = CpuSeconds();
+      run();
+      least = std::min(least, CpuSeconds() - begin);
+    }
+    return 1e6 * least / number;
+  };
+  const double made = microseconds([&] {
+    for (const CellMasses* masses : all) (void)directional::ReconstructDense(*masses, kSigmas[0], threshold, max_depth);
+  });
+  std::vector<Bytes> requests, answers;
+  const double asked = microseconds([&] {
+    requests.clear();
+    for (uint32_t i = 0; i < number;) {
+      TreeRequest request({kSigmas[0], threshold, max_depth});
+      for (const uint32_t end = std::min(i + kTogether, number); i < end; ++i) request.Add(i, *all[i]);
+      requests.push_back(request.Take());
+    }
+  });
+  for (const Bytes& request : requests) answers.push_back(AnswerTreeRequest(request));
+  const double read = microseconds([&] {
+    for (const Bytes& answer : answers) (void)ReadTreeAnswer(answer, number, max_depth);
+  });
+  const auto bytes = [&](const std::vector<Bytes>& documents) {
+    double sum = 0;
+    for (const Bytes& document : documents) sum += static_cast<double>(document.size());
+    return sum / number;
+  };
   std::printf(
-      "\n| method | made here, us | asked for, us | read back, us | a request, bytes a tree | an answer |\n"
-      "| --- | ---: | ---: | ---: | ---: | ---: |\n");
-  for (const auto& [name, reconstruction] :
-       {std::pair("native", Reconstruction::kNative), std::pair("dense", Reconstruction::kDenseUnlimited)}) {
-    const TreeRecipe recipe{reconstruction, kSigmas[0], threshold, max_depth};
-    if (reconstruction != Reconstruction::kNative)
-      for (CellMasses& masses : all) masses.halves = {};  // its statistics keep none
-    const auto count = static_cast<double>(all.size());
-    const auto least = [&](const auto& run) {
-      double seconds = 1e300;
-      for (int pass = 0; pass < 5; ++pass) {
-        const double begin = CpuSeconds();
-        run();
-        seconds = std::min(seconds, CpuSeconds() - begin);
-      }
-      return 1e6 * seconds / count;
-    };
-    const double made = least([&] {
-      for (const CellMasses& masses : all) (void)MakeTree(recipe, masses);
-    });
-    std::vector<Bytes> requests, answers;
-    const double asked = least([&] {
-      requests.clear();
-      for (uint32_t i = 0; i < all.size();) {
-        TreeRequest request(recipe);
-        for (uint32_t end = std::min<uint32_t>(i + kTogether, static_cast<uint32_t>(all.size())); i < end; ++i)
-          request.Add(i, all[i]);
-        requests.push_back(request.Take());
-      }
-    });
-    for (const Bytes& request : requests) answers.push_back(AnswerTreeRequest(request));
-    const double read = least([&] {
-      for (const Bytes& answer : answers) (void)ReadTreeAnswer(answer, static_cast<uint32_t>(all.size()), max_depth);
-    });
-    const auto bytes = [&](const std::vector<Bytes>& documents) {
-      double sum = 0;
-      for (const Bytes& document : documents) sum += static_cast<double>(document.size());
-      return sum / count;
-    };
-    std::printf("| %s | %.1f | %.1f | %.1f | %.0f | %.0f |\n", name, made, asked, read, bytes(requests),
-                bytes(answers));
-  }
+      "\n| dense, made here, us | asked for, us | read back, us | a request, bytes a tree | an answer |\n"
+      "| ---: | ---: | ---: | ---: | ---: |\n| %.1f | %.1f | %.1f | %.0f | %.0f |\n",
+      made, asked, read, bytes(requests), bytes(answers));
 }
 
 void Study(const char* path, const JobSpec& job) {

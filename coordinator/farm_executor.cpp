@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <utility>
 
 #include "core/base/check.h"
 #include "core/base/log.h"
@@ -49,31 +50,38 @@ void Farm::FarmExecutor::Publish(const std::shared_ptr<const State>& state) {
   run_->state_bytes = std::move(bytes);
   run_->publishing_seconds += Seconds(Clock::Steady().Now() - start);
   published_ = run_->busy.Now();
+  ended_.reset();
 }
 
 void Farm::FarmExecutor::Run(ShardedWork& work) {
   const auto table = std::make_shared<ShardTable>(work, kMaxShardBytes);
-  const Clock::Duration start = run_->busy.Now();
-  const double alone = farm_.options_.alone_share * Seconds(start - published_);
+  // Of a state that was restored at its iteration's end nothing is known.
+  const Clock::Duration alone_until =
+      ended_
+          ? *ended_ + std::chrono::duration_cast<Clock::Duration>(farm_.options_.alone_share * (*ended_ - published_))
+          : Clock::Duration::max();
   std::atomic<bool> offered = false;
   struct Withdraw {
     FarmExecutor& executor;
+    ShardTable& table;
     ~Withdraw() {
+      Deferred deferred;
       std::lock_guard lock(executor.farm_.mutex_);
-      executor.run_->shards = nullptr;
+      JobRun& run = *executor.run_;
+      if (!std::exchange(run.shards, nullptr)) return;
+      run.shards_offered += table.count();
+      run.shards_taken += table.accepted();
+      executor.farm_.Revoke(table.TakeVoid());
+      executor.farm_.Pump(&deferred);
     }
-  } withdraw{*this};
+  } withdraw{*this, *table};
   table->Run([&] {
-    if (offered || Seconds(run_->busy.Now() - start) <= alone || offered.exchange(true)) return;
+    if (offered || run_->busy.Now() <= alone_until || offered.exchange(true)) return;
     Deferred deferred;
     std::lock_guard lock(farm_.mutex_);
     run_->shards = table;
     farm_.Pump(&deferred);
   });
-  if (!offered) return;
-  std::lock_guard lock(farm_.mutex_);
-  run_->shards_offered += table->count();
-  run_->shards_taken += table->accepted();
 }
 
 std::shared_ptr<OpenRound> Farm::FarmExecutor::NewRound(const Round& round) const {
@@ -152,6 +160,7 @@ std::optional<Contribution> Farm::FarmExecutor::Execute(const std::shared_ptr<co
   }
   std::erase(run_->open, current);
   waiting.reset();
+  ended_ = run_->busy.Now();
   lock.unlock();
   std::lock_guard merge(current->merge);
   return current->reduction.Take();

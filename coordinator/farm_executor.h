@@ -34,7 +34,9 @@ class Farm::FarmExecutor final : public Executor, private ShardRunner {
   JobCheckpoint resumed_;
   std::function<void(const OpenRound*)> checkpoint_;
   std::optional<Round> announced_;
-  Clock::Duration published_{};  // when the state was, by clock()
+  // By clock(): when the state was published, and when the last round under it ended.
+  Clock::Duration published_{};
+  std::optional<Clock::Duration> ended_;
 };
 
 }  // namespace lodestar

@@ -58,7 +58,7 @@ std::optional<LeasedUnit> Farm::GrantShard(const WorkerId& id, const Worker& wor
   for (Job* job : order_) {
     if (!job->run || !job->run->shards || job->stop.Requested() || LeftToOthers(*job, id)) continue;
     const LeaseId lease = NewLeaseId();
-    if (!job->run->shards->Grant(lease)) continue;
+    if (!job->run->shards->Grant(lease, id)) continue;
     LeasedUnit unit = UnitOf(*job, lease);
     unit.shard.emplace();
     return unit;
@@ -73,7 +73,12 @@ void Farm::AnswerLease(const LeaseAnswer& answer, std::optional<LeasedUnit> unit
       std::lock_guard lock(mutex_);
       if (const Job& job = Need(unit->job); job.run) shards = job.run->shards;
     }
-    if (shards) unit->shard->request = shards->Describe(unit->id);
+    try {
+      if (shards) unit->shard->request = shards->Describe(unit->id);
+    } catch (const std::exception& error) {
+      spdlog::warn("{}: a shard is not given out: {}", unit->job.value, error.what());
+      shards->Release(unit->id);
+    }
     if (unit->shard->request.empty()) unit.reset();  // it is over: the worker asks again
   }
   answer(std::move(unit));

@@ -1,6 +1,7 @@
 #include "coordinator/shard_table.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/base/parallel.h"
 
@@ -16,7 +17,7 @@ void ShardTable::Run(const std::function<void()>& between) {
     ~Leave() {
       std::unique_lock lock(table.mutex_);
       table.running_ = false;
-      table.leases_.clear();
+      table.Void([](const Granted&) { return true; });
       table.changed_.wait(lock, [&] { return table.visitors_ == 0; });
     }
   } leave{*this};
@@ -46,6 +47,19 @@ std::optional<uint32_t> ShardTable::NextHere() const {
   return std::nullopt;
 }
 
+void ShardTable::Void(const std::function<bool(const Granted&)>& which) {
+  std::erase_if(leases_, [&](const auto& lease) {
+    if (!which(lease.second)) return false;
+    void_.push_back({lease.first, lease.second.worker, {}});
+    return true;
+  });
+}
+
+std::vector<LeaseEntry> ShardTable::TakeVoid() {
+  std::lock_guard lock(mutex_);
+  return std::exchange(void_, {});
+}
+
 void ShardTable::DoOne() {
   uint32_t shard = 0;
   {
@@ -53,7 +67,7 @@ void ShardTable::DoOne() {
     const auto next = NextHere();
     if (!next) return;
     shard = *next;
-    std::erase_if(leases_, [&](const auto& lease) { return lease.second == shard; });
+    Void([&](const Granted& granted) { return granted.shard == shard; });
     shards_[shard].phase = Phase::kTaken;
   }
   work_.DoHere(shard);  // where it throws, Run() ends
@@ -63,13 +77,13 @@ void ShardTable::DoOne() {
   changed_.notify_all();
 }
 
-bool ShardTable::Grant(LeaseId lease) {
+bool ShardTable::Grant(LeaseId lease, const WorkerId& worker) {
   std::lock_guard lock(mutex_);
   if (!running_) return false;
   for (uint32_t shard = static_cast<uint32_t>(shards_.size()); shard-- > 0;) {
     if (shards_[shard].phase != Phase::kFree || shards_[shard].stays) continue;
     shards_[shard].phase = Phase::kLeased;
-    leases_.emplace(lease, shard);
+    leases_.emplace(lease, Granted{shard, worker});
     return true;
   }
   return false;
@@ -81,7 +95,7 @@ Bytes ShardTable::Describe(LeaseId lease) {
     std::lock_guard lock(mutex_);
     const auto it = leases_.find(lease);
     if (it == leases_.end()) return {};
-    shard = it->second;
+    shard = it->second.shard;
     ++visitors_;
   }
   struct Leave {
@@ -108,7 +122,7 @@ bool ShardTable::Accept(LeaseId lease, std::string_view answer) {
     std::lock_guard lock(mutex_);
     const auto it = leases_.find(lease);
     if (it == leases_.end()) return false;
-    shard = it->second;
+    shard = it->second.shard;
     leases_.erase(it);
     shards_[shard].phase = Phase::kTaken;
     ++visitors_;
@@ -137,7 +151,7 @@ void ShardTable::Release(LeaseId lease) {
   std::lock_guard lock(mutex_);
   const auto it = leases_.find(lease);
   if (it == leases_.end()) return;
-  shards_[it->second].phase = Phase::kFree;
+  shards_[it->second.shard].phase = Phase::kFree;
   leases_.erase(it);
   changed_.notify_all();
 }

@@ -182,6 +182,9 @@ v1::SubmitShardRequest ToProto(const ShardAnswer& a) {
 }
 ShardAnswer FromProto(const v1::SubmitShardRequest& m) {
   auto a = TakeSender<ShardAnswer>(m);
+  if (m.trees().size() > kMaxShardBytes)
+    Refuse("a shard of " + std::to_string(m.trees().size()) + " bytes; at most " + std::to_string(kMaxShardBytes) +
+           " are taken");
   a.trees = m.trees();
   return a;
 }

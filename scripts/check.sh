@@ -19,7 +19,7 @@ for check in "$@"; do
     # Without the tests that render for minutes: they ask whether images are right, of code that the others run too.
     asan) sanitize asan '^$' "${core[@]}" rpc_test coordinator_test farm_test client_test ;;
     # Without those that need a gRPC server, or run loops of OpenImageIO's and TBB's own: ThreadSanitizer cannot follow.
-    tsan) sanitize tsan '(BadInput|InProcessFarm|Strikes|Resume|Refusal|FullDisk|JobEnd|LargePicture|LongUpload|TimeBudget)[.]|^Image[.]HalfExr|[.]BuildsTheSameTreeInAnyArena' \
+    tsan) sanitize tsan '(BadInput|InProcessFarm|Shards|Strikes|Resume|Refusal|FullDisk|JobEnd|LargePicture|LongUpload|TimeBudget)[.]|^Image[.]HalfExr|[.]BuildsTheSameTreeInAnyArena' \
             "${core[@]}" rpc_test coordinator_test ;;
     tidy)
       tidy=$(command -v clang-tidy clang-tidy-16 clang-tidy-14 | head -n 1) || {

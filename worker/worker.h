@@ -32,7 +32,7 @@ class Worker {
 
   // Runs until drained; throws ProtocolError where the coordinator is of another release.
   void Run();
-  // Of trees that it made for advances; once Run() has returned.
+  // Of trees that it was to make for advances; once Run() has returned.
   uint64_t shards() const { return shards_; }
   // Finishes and delivers the unit at hand, gives back the others, and lets Run return. From any thread.
   void Drain();

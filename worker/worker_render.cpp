@@ -122,19 +122,17 @@ void Worker::Survey(const Held& held) {
   Release(held.unit.id);
 }
 
-// Its trees are waited for now or never: what goes wrong is left to the coordinator, which makes them itself.
+// What goes wrong here is nobody's fault and need not be told: what has not come the coordinator makes itself.
 void Worker::MakeTrees(const Held& held) {
   const auto job = jobs_.Find(held.unit.description);
   tbb::task_arena arena(job ? job->threads() : static_cast<int>(info_.threads));
-  ShardAnswer answer{Id(), held.unit.id, held.unit.job, {}};
-  arena.execute([&] { answer.trees = AnswerTreeRequest(held.unit.shard->request); });
   ++shards_;
   try {
-    working_.SubmitShard(answer);
-  } catch (const Error& error) {
-    if (error.kind() == ErrorKind::kCorrupt) throw;
-    if (error.kind() == ErrorKind::kNotFound) Forget(answer.worker);
-    spdlog::debug("a shard of {} was not delivered: {}", held.unit.job.value, error.what());
+    ShardAnswer answer{Id(), held.unit.id, held.unit.job, {}};
+    arena.execute([&] { answer.trees = AnswerTreeRequest(held.unit.shard->request, *held.stop); });
+    if (!answer.trees.empty() && answer.trees.size() <= kMaxShardBytes) working_.SubmitShard(answer);
+  } catch (const std::exception& error) {
+    spdlog::warn("a shard of trees of {} is left to the coordinator: {}", held.unit.job.value, error.what());
   }
   Release(held.unit.id);
 }

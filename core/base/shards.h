@@ -9,7 +9,7 @@
 
 namespace lodestar {
 
-// All but count() may be called for different shards at the same time.
+// Several threads may be within it at once: each DoHere() or Accept() of a shard of its own, beside Describe() of any.
 class ShardedWork {
  public:
   virtual ~ShardedWork() = default;

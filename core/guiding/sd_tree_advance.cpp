@@ -68,9 +68,22 @@ namespace {
 
 using Reconstruction = SdTreeOptions::Reconstruction;
 
-TreeRecipe RecipeFor(const SdTree& tree, Reconstruction reconstruction, double flux_threshold) {
-  const SdTreeOptions& options = tree.options();
-  return {reconstruction, options.dense_sigma, flux_threshold, options.max_directional_depth};
+DenseRecipe RecipeFor(const SdTree& tree, double flux_threshold) {
+  return {tree.options().dense_sigma, flux_threshold, tree.options().max_directional_depth};
+}
+
+bool IsDense(Reconstruction reconstruction) {
+  return reconstruction == Reconstruction::kDense || reconstruction == Reconstruction::kDenseUnlimited;
+}
+
+directional::Tree MakeTree(const SdTree& tree, directional::CellMasses masses, Reconstruction reconstruction,
+                           double flux_threshold) {
+  const int max_depth = tree.options().max_directional_depth;
+  if (IsDense(reconstruction))
+    return directional::ReconstructDense(masses, tree.options().dense_sigma, flux_threshold, max_depth);
+  if (reconstruction == Reconstruction::kNative)
+    return directional::ReconstructNative(masses, flux_threshold, max_depth);
+  return directional::Rebuild(masses.nodes, masses.node_count, std::move(masses.total), flux_threshold, max_depth);
 }
 
 // What a leaf's D-tree is to be made from; nothing where too little was recorded to make one.
@@ -96,7 +109,7 @@ RebuiltLeaf RebuildLeaf(const SdTree& tree, const SdTreeStatistics& statistics, 
 
   if (!made) {
     if (auto masses = MassesToLearnFrom(tree, statistics, leaf))
-      made = MakeTree(RecipeFor(tree, reconstruction, flux_threshold), *masses);
+      made = MakeTree(tree, *std::move(masses), reconstruction, flux_threshold);
   }
   if (made) {
     out.tree = *std::move(made);
@@ -135,8 +148,8 @@ std::vector<Reconstruction> Reconstructions(const SdTree& tree, Reconstruction w
   return reconstructions;
 }
 
-// All leaves to be rebuilt, in ranges of about as many nodes: a tenth of a millisecond to some milliseconds of work,
-// and some hundred kilobytes where it is sent.
+// All leaves to be rebuilt, in ranges of about as many nodes: some milliseconds of work, more where `dense` has deep
+// trees. Of these alone another process is told, some hundred kilobytes at a time.
 class LeafShards final : public ShardedWork {
  public:
   LeafShards(const SdTree& tree, const SdTreeStatistics& statistics, const std::vector<Reconstruction>& reconstructions,
@@ -147,10 +160,10 @@ class LeafShards final : public ShardedWork {
         flux_threshold_(flux_threshold),
         split_threshold_(split_threshold),
         leaves_(*leaves) {
-    constexpr uint32_t kNodes = 8192;
+    constexpr uint32_t kNodes = 8192, kLeaves = 512;
     uint32_t nodes = 0;
     for (uint32_t leaf = 0; leaf < tree.leaf_count(); ++leaf) {
-      if (leaf == 0 || nodes + tree.leaf(leaf).node_count > kNodes) {
+      if (leaf == 0 || nodes + tree.leaf(leaf).node_count > kNodes || leaf - begins_.back() == kLeaves) {
         begins_.push_back(leaf);
         nodes = 0;
       }
@@ -167,9 +180,8 @@ class LeafShards final : public ShardedWork {
     const uint32_t begin = begins_[shard];
     std::optional<TreeRequest> request;
     for (uint32_t leaf = begin; leaf < begins_[shard + 1]; ++leaf) {
-      const Reconstruction reconstruction = reconstructions_[leaf];
-      if (reconstruction == Reconstruction::kNone) continue;
-      if (!request) request.emplace(RecipeFor(tree_, reconstruction, flux_threshold_));
+      if (!IsDense(reconstructions_[leaf])) continue;
+      if (!request) request.emplace(RecipeFor(tree_, flux_threshold_));
       if (const auto masses = MassesToLearnFrom(tree_, statistics_, leaf)) request->Add(leaf - begin, *masses);
     }
     return request ? request->Take() : Bytes();
@@ -179,8 +191,7 @@ class LeafShards final : public ShardedWork {
     auto trees = ReadTreeAnswer(answer, count, tree_.options().max_directional_depth);
     for (const PlacedTree& made : trees) {
       const uint32_t leaf = begin + made.place;
-      if (reconstructions_[leaf] == Reconstruction::kNone ||
-          statistics_.leaf(leaf).records() < tree_.options().min_records)
+      if (!IsDense(reconstructions_[leaf]) || statistics_.leaf(leaf).records() < tree_.options().min_records)
         throw Error(ErrorKind::kCorrupt, "an answer has a tree that nobody asked for");
     }
     auto next = trees.begin();
@@ -198,7 +209,7 @@ class LeafShards final : public ShardedWork {
 
   const SdTree& tree_;
   const SdTreeStatistics& statistics_;
-  const std::vector<Reconstruction>& reconstructions_;  // of one kind, but for kNone
+  const std::vector<Reconstruction>& reconstructions_;
   const double flux_threshold_, split_threshold_;
   std::vector<RebuiltLeaf>& leaves_;
   std::vector<uint32_t> begins_;  // of the shards, and the end of the last
@@ -235,11 +246,11 @@ std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics
 
   // Rebuild every leaf; coarser where the result would not fit.
   std::vector<RebuiltLeaf> leaves(tree.leaf_count());
-  const std::vector<Reconstruction> reconstructions =
-      Reconstructions(tree, reconstruction.value_or(options.reconstruction));
+  const Reconstruction wanted = reconstruction.value_or(options.reconstruction);
+  const std::vector<Reconstruction> reconstructions = Reconstructions(tree, wanted);
   for (bool trees_turn = false;; trees_turn = !trees_turn) {
     LeafShards shards(tree, statistics, reconstructions, flux_threshold, split_threshold, &leaves);
-    if (runner != nullptr) {
+    if (runner != nullptr && IsDense(wanted)) {
       runner->Run(shards);
     } else {
       ParallelFor(shards.count(), [&](uint32_t shard) { shards.DoHere(shard); });

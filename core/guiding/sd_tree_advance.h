@@ -22,7 +22,7 @@ namespace lodestar {
 // on.
 // reconstruction: another than the tree's options say, for studies on the same statistics; kNative only where those
 // keep halves.
-// runner: who rebuilds the leaves, as shards; null: this process.
+// runner: who rebuilds the leaves where `dense` does, as shards; null: this process.
 std::shared_ptr<const SdTree> Advance(const SdTree& tree, const SdTreeStatistics& statistics, double samples_per_pixel,
                                       std::optional<SdTreeOptions::Reconstruction> reconstruction = {},
                                       ShardRunner* runner = nullptr);

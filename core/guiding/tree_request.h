@@ -1,5 +1,6 @@
-// D-trees that another process is to make: what was recorded in their cells, and how; and what it answers. Making a
-// tree is a pure function, so who makes it does not show (docs/decisions/0008-reconstruction.md).
+// D-trees whose dense matrices another process is to blur: what was recorded in their cells, and how; and what it
+// answers. Making a tree is a pure function, so who makes it does not show. Trees of other kinds take about as long to
+// hand over as to make (docs/decisions/0022-shards-of-an-advance.md).
 #pragma once
 
 #include <string>
@@ -7,26 +8,23 @@
 #include <vector>
 
 #include "core/base/bytes.h"
+#include "core/base/stop.h"
 #include "core/guiding/reconstruction.h"
-#include "core/guiding/sd_tree_options.h"
 
 namespace lodestar {
 
-// How a D-tree is made from the masses in its cells.
-struct TreeRecipe {
-  SdTreeOptions::Reconstruction reconstruction = SdTreeOptions::Reconstruction::kNone;
-  float dense_sigma = 0.5f;
+// Of directional::ReconstructDense.
+struct DenseRecipe {
+  float sigma = 0.5f;
   double flux_threshold = 0.01;
   int max_depth = directional::kMaxDepth;
 };
-// kNative needs the masses of halves to do anything.
-directional::Tree MakeTree(const TreeRecipe& recipe, const directional::CellMasses& masses);
 
 // Trees of one recipe to be made.
 class TreeRequest {
  public:
-  explicit TreeRequest(const TreeRecipe& recipe);
-  // `place`: the asker's number for it, ascending. Only the links of the nodes are sent.
+  explicit TreeRequest(const DenseRecipe& recipe);
+  // `place`: the asker's number for it, ascending.
   void Add(uint32_t place, const directional::CellMasses& masses);
   // Empty where no tree was added.
   Bytes Take();
@@ -36,8 +34,9 @@ class TreeRequest {
   bool any_ = false;
 };
 
-// The answer to a request, its trees made in parallel. Throws Error(kCorrupt) where the bytes are no request.
-Bytes AnswerTreeRequest(std::string_view request);
+// The answer to a request, its trees made in parallel; empty where `stop` was requested. Throws Error(kCorrupt) where
+// the bytes are no request.
+Bytes AnswerTreeRequest(std::string_view request, const StopToken& stop = {});
 
 struct PlacedTree {
   uint32_t place;
@@ -47,8 +46,8 @@ struct PlacedTree {
 // `places`.
 std::vector<PlacedTree> ReadTreeAnswer(std::string_view answer, uint32_t places, int max_depth);
 
-// A hash of how this process answers a fixed request of both methods: processes whose canaries differ must not make
-// trees for each other.
+// A hash of the trees that this process makes of fixed masses: processes whose canaries differ must not make trees for
+// each other.
 std::string TreeCanary();
 
 }  // namespace lodestar

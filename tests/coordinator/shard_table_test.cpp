@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <random>
 #include <stdexcept>
@@ -33,6 +34,7 @@ class Counting : public ShardedWork {
 
 constexpr size_t kMost = 1000;
 constexpr LeaseId kFirst{1}, kSecond{2}, kThird{3};
+const WorkerId kWorker{"worker"};
 
 TEST(ShardTable, AllIsDoneHereWhereNobodyAsks) {
   for (const uint32_t count : {0u, 1u, 100u}) {
@@ -43,15 +45,15 @@ TEST(ShardTable, AllIsDoneHereWhereNobodyAsks) {
     EXPECT_TRUE(work.EachOnce());
     EXPECT_EQ(calls, count);
     EXPECT_EQ(table.accepted(), 0u);
-    EXPECT_FALSE(table.Grant(kFirst)) << "it is over";
+    EXPECT_FALSE(table.Grant(kFirst, kWorker)) << "it is over";
   }
 }
 
 TEST(ShardTable, WorkersHaveTheLast) {
   Counting work(10);
   ShardTable table(work, kMost);
-  ASSERT_TRUE(table.Grant(kFirst));
-  ASSERT_TRUE(table.Grant(kSecond));
+  ASSERT_TRUE(table.Grant(kFirst, kWorker));
+  ASSERT_TRUE(table.Grant(kSecond, kWorker));
   EXPECT_EQ(table.Describe(kFirst), "shard 9");
   EXPECT_EQ(table.Describe(kSecond), "shard 8");
   EXPECT_TRUE(table.Holds(kFirst));
@@ -68,11 +70,11 @@ TEST(ShardTable, WorkersHaveTheLast) {
 TEST(ShardTable, WhatAWorkerDoesNotBringIsDoneHere) {
   Counting work(3);
   ShardTable table(work, kMost);
-  for (const LeaseId lease : {kFirst, kSecond, kThird}) ASSERT_TRUE(table.Grant(lease));
-  EXPECT_FALSE(table.Grant({4})) << "all are out";
+  for (const LeaseId lease : {kFirst, kSecond, kThird}) ASSERT_TRUE(table.Grant(lease, kWorker));
+  EXPECT_FALSE(table.Grant({4}, kWorker)) << "all are out";
   table.Release(kSecond);
   EXPECT_FALSE(table.Holds(kSecond));
-  ASSERT_TRUE(table.Grant({4}));
+  ASSERT_TRUE(table.Grant({4}, kWorker));
   EXPECT_EQ(table.Describe({4}), "shard 1");
   table.Run([] {});
   EXPECT_TRUE(work.EachOnce());
@@ -82,17 +84,22 @@ TEST(ShardTable, WhatAWorkerDoesNotBringIsDoneHere) {
     EXPECT_TRUE(table.Describe(lease).empty());
     EXPECT_FALSE(table.Accept(lease, "did shard 0")) << "too late";
   }
+  std::vector<LeaseId> told;
+  for (const LeaseEntry& lease : table.TakeVoid()) told.push_back(lease.id);
+  std::ranges::sort(told);
+  EXPECT_EQ(told, (std::vector<LeaseId>{kFirst, kThird, {4}})) << "kSecond was given back";
+  EXPECT_TRUE(table.TakeVoid().empty());
   EXPECT_TRUE(work.EachOnce());
 }
 
 TEST(ShardTable, WhatIsNoAnswerIsDoneHereAndNotGivenOutAgain) {
   Counting work(2);
   ShardTable table(work, kMost);
-  ASSERT_TRUE(table.Grant(kFirst));
+  ASSERT_TRUE(table.Grant(kFirst, kWorker));
   EXPECT_THROW(table.Accept(kFirst, "something else"), Error);
-  ASSERT_TRUE(table.Grant(kSecond));
+  ASSERT_TRUE(table.Grant(kSecond, kWorker));
   EXPECT_EQ(table.Describe(kSecond), "shard 0");
-  EXPECT_FALSE(table.Grant(kThird));
+  EXPECT_FALSE(table.Grant(kThird, kWorker));
   table.Run([] {});
   EXPECT_TRUE(work.EachOnce());
 }
@@ -104,12 +111,12 @@ TEST(ShardTable, WhatIsTooLargeOrNothingToSendStays) {
     Bytes Describe(uint32_t shard) const override { return Bytes(shard == 1 ? 11 : shard == 2 ? 0 : 10, 'x'); }
   } work(3);
   ShardTable table(work, 10);
-  ASSERT_TRUE(table.Grant(kFirst));
+  ASSERT_TRUE(table.Grant(kFirst, kWorker));
   EXPECT_TRUE(table.Describe(kFirst).empty());
   EXPECT_FALSE(table.Holds(kFirst));
-  ASSERT_TRUE(table.Grant(kSecond));
+  ASSERT_TRUE(table.Grant(kSecond, kWorker));
   EXPECT_TRUE(table.Describe(kSecond).empty());
-  ASSERT_TRUE(table.Grant(kThird));
+  ASSERT_TRUE(table.Grant(kThird, kWorker));
   EXPECT_EQ(table.Describe(kThird).size(), 10u);
   table.Run([] {});
   EXPECT_TRUE(work.EachOnce());
@@ -123,7 +130,7 @@ TEST(ShardTable, AnExceptionEndsItAndLateAnswersTouchNothing) {
   };
   auto work = std::make_unique<Failing>(4);
   ShardTable table(*work, kMost);
-  ASSERT_TRUE(table.Grant(kFirst));
+  ASSERT_TRUE(table.Grant(kFirst, kWorker));
   EXPECT_THROW(table.Run([] {}), std::runtime_error);
   work.reset();
   EXPECT_TRUE(table.Describe(kFirst).empty());
@@ -143,7 +150,7 @@ TEST(ShardTable, ManyWorkersOfEveryKind) {
         std::mt19937 random(seed * 10 + w);
         while (!over) {
           const LeaseId lease{++leases};
-          if (!table->Grant(lease)) break;
+          if (!table->Grant(lease, kWorker)) break;
           const Bytes asked = table->Describe(lease);
           switch (random() % 5) {
             case 0:  // lost

@@ -220,7 +220,12 @@ struct FarmThreads : testing::Test {
 };
 
 TEST_F(FarmThreads, ClientsAndWorkersAtOnce) {
-  const auto spec = BoxJob("sdtree", 32);
+  auto spec = BoxJob("sdtree", 32);
+  spec.options = {{"spatial-threshold", "100"},
+                  {"flux-threshold", "0.001"},
+                  {"reconstruction", "dense"}};  // several shards an advance
+  spec.resolution_x = 80;
+  spec.resolution_y = 60;
   const auto expected = RenderHere(box, spec);
   Farm farm(options);
   std::atomic<bool> stop{false};

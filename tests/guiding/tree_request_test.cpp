@@ -31,29 +31,20 @@ synthetic::RecordedTree Lobe(uint64_t seed, int records) {
 TEST(TreeRequest, TreesComeBackAsTheyAreMadeHere) {
   std::vector<synthetic::RecordedTree> recorded;
   for (const int records : {200, 3000, 20000}) recorded.push_back(Lobe(recorded.size() + 1, records));
-  recorded[1].masses.halves = {};  // as where statistics keep none
-  for (const Reconstruction reconstruction : kAll) {
-    const TreeRecipe recipe{reconstruction, 0.8f, 0.005, 15};
+  for (const DenseRecipe& recipe : {DenseRecipe{0.8f, 0.005, 15}, {1.5f, 0.02, 15}, {0.5f, 0.001, 4}}) {
     TreeRequest request(recipe);
     for (uint32_t i = 0; i < 3; ++i) request.Add(10 * i + 1, recorded[i].masses);
     const auto back = ReadTreeAnswer(AnswerTreeRequest(request.Take()), 22, 15);
     ASSERT_EQ(back.size(), 3u);
     for (uint32_t i = 0; i < 3; ++i) {
-      const directional::Tree here = MakeTree(recipe, recorded[i].masses);
+      const directional::Tree here =
+          directional::ReconstructDense(recorded[i].masses, recipe.sigma, recipe.flux_threshold, recipe.max_depth);
       EXPECT_EQ(back[i].place, 10 * i + 1);
       EXPECT_EQ(back[i].tree.depth, here.depth);
-      EXPECT_TRUE(SameNodes(back[i].tree, here)) << "tree " << i << ", method " << static_cast<int>(reconstruction);
+      EXPECT_TRUE(SameNodes(back[i].tree, here)) << "tree " << i << ", sigma " << recipe.sigma;
     }
   }
-  EXPECT_TRUE(TreeRequest(TreeRecipe()).Take().empty());
-}
-
-TEST(TreeRequest, TheMethodsDiffer) {
-  // Or the test above could not tell one from the other.
-  const auto recorded = Lobe(1, 3000);
-  const auto make = [&](Reconstruction r) { return MakeTree({r, 0.8f, 0.005, 15}, recorded.masses); };
-  EXPECT_FALSE(SameNodes(make(Reconstruction::kNone), make(Reconstruction::kNative)));
-  EXPECT_FALSE(SameNodes(make(Reconstruction::kDense), make(Reconstruction::kNative)));
+  EXPECT_TRUE(TreeRequest(DenseRecipe()).Take().empty());
 }
 
 // Everything that can be left to others is, by way of bytes.
@@ -89,15 +80,15 @@ TEST(TreeRequest, AnAdvanceByShardsIsTheAdvanceInOnePiece) {
     const auto sharded = Advance(*tree, statistics, 4, {}, &runner);
     EXPECT_TRUE(sharded->Serialize() == Advance(*tree, statistics, 4)->Serialize())
         << "method " << static_cast<int>(reconstruction);
-    if (reconstruction == Reconstruction::kNone) {
-      EXPECT_EQ(runner.elsewhere, 0) << "a tree that is only rebuilt costs less than its way";
+    if (reconstruction == Reconstruction::kNone || reconstruction == Reconstruction::kNative) {
+      EXPECT_EQ(runner.here + runner.elsewhere, 0) << "such a tree costs no more than its way";
     } else {
       EXPECT_GT(runner.elsewhere, 1) << "one shard shows nothing";
     }
   }
 }
 
-Bytes RequestOf(const synthetic::RecordedTree& recorded, const TreeRecipe& recipe = {Reconstruction::kNative}) {
+Bytes RequestOf(const synthetic::RecordedTree& recorded, const DenseRecipe& recipe = {}) {
   TreeRequest request(recipe);
   request.Add(0, recorded.masses);
   request.Add(3, recorded.masses);
@@ -119,10 +110,8 @@ TEST(TreeRequest, WhatIsNoRequestOrAnswerIsRefused) {
   flipped[flipped.size() / 2] ^= 1;
   EXPECT_THROW(read(flipped), Error);
 
-  for (const auto& recipe :
-       {TreeRecipe{Reconstruction::kNative, 0}, TreeRecipe{Reconstruction::kNative, 1, 0},
-        TreeRecipe{Reconstruction::kNative, 1, 2}, TreeRecipe{Reconstruction::kNative, 1, 0.01, 0},
-        TreeRecipe{Reconstruction::kNative, 1, 0.01, 21}, TreeRecipe{static_cast<Reconstruction>(4)}})
+  for (const DenseRecipe& recipe : {DenseRecipe{0}, DenseRecipe{HUGE_VALF}, DenseRecipe{1, 0}, DenseRecipe{1, HUGE_VAL},
+                                    DenseRecipe{1, 0.01, 0}, DenseRecipe{1, 0.01, 21}})
     EXPECT_THROW(AnswerTreeRequest(RequestOf(recorded, recipe)), Error);
   for (const double mass : {-1.0, std::nan(""), HUGE_VAL}) {
     auto wrong = Lobe(3, 400);
@@ -162,6 +151,7 @@ TEST(TreeRequest, AnAnswerWithATreeThatNobodyAskedForIsRefused) {
   synthetic::Training training;
   training.options = SdTreeOptions::Recommended();
   training.options.target = SdTreeOptions::Target::kSimple;
+  training.options.reconstruction = Reconstruction::kDenseUnlimited;
   const auto tree = synthetic::Train(training, 3);
   const SdTreeStatistics nothing(tree);
   class Forward final : public ShardRunner {
@@ -173,9 +163,47 @@ TEST(TreeRequest, AnAnswerWithATreeThatNobodyAskedForIsRefused) {
       request.Add(0, recorded.masses);
       EXPECT_THROW(work.Accept(0, AnswerTreeRequest(request.Take())), Error);
       for (uint32_t shard = 0; shard < work.count(); ++shard) work.DoHere(shard);
+      ran = true;
     }
+    bool ran = false;
   } runner;
   EXPECT_TRUE(Advance(*tree, nothing, 4, {}, &runner)->Serialize() == Advance(*tree, nothing, 4)->Serialize());
+  EXPECT_TRUE(runner.ran);
+}
+
+TEST(TreeRequest, AnAdvanceThatHasToGrowCoarserAsksSeveralTimes) {
+  synthetic::Training training;
+  training.options = SdTreeOptions::Recommended();
+  training.options.target = SdTreeOptions::Target::kSimple;
+  training.options.reconstruction = Reconstruction::kDenseUnlimited;
+  training.options.spatial_threshold = 500;
+  const auto tree = synthetic::Train(training, 3);
+  SdTreeStatistics statistics(tree);
+  statistics.Record(synthetic::MakeRecords(*tree, training.field, 1, 5, 160000), 9);
+  // The same trees, with room for less than a node each: thresholds rise beyond one.
+  SdTreeOptions narrow = training.options;
+  narrow.max_nodes = tree->leaf_count() / 2;
+  Bytes bytes = tree->Serialize();
+  ByteWriter from, to;
+  training.options.Write(from);
+  narrow.Write(to);
+  bytes.replace(8, from.bytes().size(), to.bytes());
+  const auto crowded = SdTree::Parse(bytes);
+  SdTreeStatistics sums(crowded);
+  sums.Record(synthetic::MakeRecords(*crowded, training.field, 1, 5, 160000), 9);
+  Elsewhere runner;
+  const auto sharded = Advance(*crowded, sums, 4, {}, &runner);
+  EXPECT_TRUE(sharded->Serialize() == Advance(*crowded, sums, 4)->Serialize());
+  EXPECT_LT(sharded->node_count(), tree->node_count() / 4);
+  EXPECT_GT(runner.elsewhere, 10);
+}
+
+TEST(TreeRequest, WhoIsToldToStopAnswersNothing) {
+  StopToken stop;
+  const Bytes request = RequestOf(Lobe(6, 300));
+  EXPECT_FALSE(AnswerTreeRequest(request, stop).empty());
+  stop.Request();
+  EXPECT_TRUE(AnswerTreeRequest(request, stop).empty());
 }
 
 TEST(TreeRequest, TheCanaryIsOneOfThisBuild) {
