@@ -99,6 +99,18 @@ bool IsEmpty(const std::vector<double>& masses) {
   return std::none_of(masses.begin(), masses.end(), [](double mass) { return mass > 0; });
 }
 
+// CPU time of a run, the least of five.
+template <class Run>
+double LeastCpuSeconds(const Run& run) {
+  double least = 1e300;
+  for (int pass = 0; pass < 5; ++pass) {
+    const double begin = CpuSeconds();
+    run();
+    least = std::min(least, CpuSeconds() - begin);
+  }
+  return least;
+}
+
 // CPU time of a tree, the least of five passes over all trees and over the deep ones, which dense matrices are slow
 // for. `dense` blurs trees of kMinDenseDepth to kMaxDenseDepth levels and only rebuilds the others; within the
 // document's workload it blurs some of these.
@@ -128,13 +140,10 @@ void PrintCost(const Recording& recording, double threshold, int max_depth) {
     }
     if (trees.empty()) continue;
     const auto microseconds = [&](const auto& make) {
-      double least = 1e300;
-      for (int pass = 0; pass < 5; ++pass) {
-        const double begin = CpuSeconds();
+      const double seconds = LeastCpuSeconds([&] {
         for (const Tree& tree : trees) make(tree);
-        least = std::min(least, 1e6 * (CpuSeconds() - begin) / static_cast<double>(trees.size()));
-      }
-      return least;
+      });
+      return 1e6 * seconds / static_cast<double>(trees.size());
     };
     const auto rebuild = [&](const Tree& tree) {
       const CellMasses& m = *tree.masses;
@@ -163,15 +172,7 @@ void PrintSharing(const Recording& recording, double threshold, int max_depth) {
   for (const CellMasses& masses : recording.masses)
     if (!IsEmpty(masses.total)) all.push_back(&masses);
   const auto number = static_cast<uint32_t>(all.size());
-  const auto microseconds = [&](const auto& run) {
-    double least = 1e300;
-    for (int pass = 0; pass < 5; ++pass) {
-      const double begin = CpuSeconds();
-      run();
-      least = std::min(least, CpuSeconds() - begin);
-    }
-    return 1e6 * least / number;
-  };
+  const auto microseconds = [&](const auto& run) { return 1e6 * LeastCpuSeconds(run) / number; };
   const double made = microseconds([&] {
     for (const CellMasses* masses : all) (void)directional::ReconstructDense(*masses, kSigmas[0], threshold, max_depth);
   });

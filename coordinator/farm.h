@@ -116,6 +116,7 @@ class Farm {
   uint32_t LiveWorkers(const std::string& fingerprint) const;
   bool LeftToOthers(const Job& job, const WorkerId& worker) const;
   std::optional<LeasedUnit> GrantSurvey(const WorkerId& id);
+  std::shared_ptr<ShardTable> ShardsOf(const JobId& id) const;  // null: none are offered
   std::optional<LeasedUnit> GrantShard(const WorkerId& id, const Worker& worker);
   std::optional<LeasedUnit> GrantRender(const WorkerId& id, const Worker& worker, bool copies, Speeds* speeds);
   // `speeds`: of the calls that are answered while mutex_ is held.

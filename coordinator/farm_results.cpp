@@ -108,7 +108,7 @@ void Farm::SubmitShard(const ShardAnswer& answer) {
     std::lock_guard lock(mutex_);
     Worker& worker = NeedWorker(answer.worker);
     worker.seen = clock_.Now();
-    if (const Job& job = Need(answer.job); job.run) shards = job.run->shards;
+    shards = ShardsOf(answer.job);
   }
   if (shards) shards->Accept(answer.lease, answer.trees);
 }

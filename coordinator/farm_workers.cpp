@@ -66,12 +66,17 @@ std::optional<LeasedUnit> Farm::GrantShard(const WorkerId& id, const Worker& wor
   return std::nullopt;
 }
 
+std::shared_ptr<ShardTable> Farm::ShardsOf(const JobId& id) const {
+  const Job& job = Need(id);
+  return job.run ? job.run->shards : nullptr;
+}
+
 void Farm::AnswerLease(const LeaseAnswer& answer, std::optional<LeasedUnit> unit) {
   if (unit && unit->shard) {
     std::shared_ptr<ShardTable> shards;
     {
       std::lock_guard lock(mutex_);
-      if (const Job& job = Need(unit->job); job.run) shards = job.run->shards;
+      shards = ShardsOf(unit->job);
     }
     try {
       if (shards) unit->shard->request = shards->Describe(unit->id);

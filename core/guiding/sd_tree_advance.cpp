@@ -78,9 +78,8 @@ bool IsDense(Reconstruction reconstruction) {
 
 directional::Tree MakeTree(const SdTree& tree, directional::CellMasses masses, Reconstruction reconstruction,
                            double flux_threshold) {
+  if (IsDense(reconstruction)) return lodestar::MakeTree(RecipeFor(tree, flux_threshold), masses);
   const int max_depth = tree.options().max_directional_depth;
-  if (IsDense(reconstruction))
-    return directional::ReconstructDense(masses, tree.options().dense_sigma, flux_threshold, max_depth);
   if (reconstruction == Reconstruction::kNative)
     return directional::ReconstructNative(masses, flux_threshold, max_depth);
   return directional::Rebuild(masses.nodes, masses.node_count, std::move(masses.total), flux_threshold, max_depth);

@@ -50,10 +50,6 @@ DenseRecipe ReadRecipe(ByteReader& in) {
   return recipe;
 }
 
-directional::Tree MakeTree(const DenseRecipe& recipe, const CellMasses& masses) {
-  return directional::ReconstructDense(masses, recipe.sigma, recipe.flux_threshold, recipe.max_depth);
-}
-
 // Places ascend, and each is below the limit.
 uint32_t ReadPlace(ByteReader& in, uint64_t* least, uint64_t limit) {
   const auto place = in.Get<uint32_t>();
@@ -69,6 +65,10 @@ struct Asked {
 };
 
 }  // namespace
+
+directional::Tree MakeTree(const DenseRecipe& recipe, const CellMasses& masses) {
+  return directional::ReconstructDense(masses, recipe.sigma, recipe.flux_threshold, recipe.max_depth);
+}
 
 TreeRequest::TreeRequest(const DenseRecipe& recipe) : out_(OpenDocument(kRequestMagic, kVersion)) {
   out_.Put(recipe.sigma);

@@ -20,6 +20,8 @@ struct DenseRecipe {
   int max_depth = directional::kMaxDepth;
 };
 
+directional::Tree MakeTree(const DenseRecipe& recipe, const directional::CellMasses& masses);
+
 // Trees of one recipe to be made.
 class TreeRequest {
  public:

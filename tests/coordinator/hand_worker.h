@@ -12,7 +12,7 @@ namespace lodestar {
 class HandWorker {
  public:
   HandWorker(const std::string& address, const SceneBundle& scene, const JobSpec& spec,
-             const std::string& name = "hand", const std::string& canary = "")
+             const std::string& name = "hand", const std::string& canary = "", const std::string& tree_canary = "")
       : client_(address),
         spec_(spec),
         compiled_(CompileJob(ParsePbrtFile(scene.files.front().path), spec)),
@@ -21,6 +21,7 @@ class HandWorker {
     WorkerInfo info;
     info.build_id = "by hand";
     info.canary = canary;
+    info.tree_canary = tree_canary;
     info.name = name;
     id_ = client_.Register(info).id;
   }
@@ -31,6 +32,7 @@ class HandWorker {
   void Survey(const LeasedUnit& unit) {
     client_.SubmitSurvey({id_, unit.id, unit.job, compiled_.survey.Serialize(), "", {}});
   }
+  void Answer(const LeasedUnit& shard, const Bytes& trees) { client_.SubmitShard({id_, shard.id, shard.job, trees}); }
   void Fail(const LeasedUnit& unit, const std::string& why) {
     client_.ReportFailure({UnitFailure::Kind::kWorker, id_, unit.id, unit.job, why});
   }

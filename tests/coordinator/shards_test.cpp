@@ -3,9 +3,7 @@
 #include <thread>
 
 #include "core/guiding/tree_request.h"
-#include "core/learning/contribution.h"
-#include "core/scene/pbrt_parser.h"
-#include "core/tracing/local_executor.h"
+#include "tests/coordinator/hand_worker.h"
 #include "tests/coordinator/in_process_farm.h"
 #include "tests/support/resealed.h"
 
@@ -25,73 +23,57 @@ JobSpec ManyTrees(const std::string& reconstruction) {
   return spec;
 }
 
-struct Shards : InProcessFarm {
-  Shards() {
-    End();
-    options.alone_share = -1;  // every advance is offered, from its first shard on
-    Start();
-  }
-};
-
 // Does what it is told, but with shards whatever `answer` makes of them.
 class ShardWorker {
  public:
   using Answer = std::function<std::optional<Bytes>(const ShardUnit&)>;
   ShardWorker(const std::string& address, const SceneBundle& box, const JobSpec& spec, Answer answer,
               const std::string& tree_canary = TreeCanary())
-      : client_(address),
-        compiled_(CompileJob(ParsePbrtFile(box.files.front().path), spec)),
-        method_(MakeMethod(spec, compiled_.survey)),
-        executor_(compiled_.scene, spec, *method_, 1),
-        answer_(std::move(answer)) {
-    WorkerInfo info;
-    info.build_id = "shards";
-    info.tree_canary = tree_canary;
-    id_ = client_.Register(info).id;
-  }
+      : hand_(address, box, spec, "shards", "", tree_canary), answer_(std::move(answer)) {}
   void Run(const std::atomic<bool>& stop) {
     while (!stop) {
-      const auto unit = client_.Lease(id_, milliseconds(100));
+      const auto unit = hand_.Lease(milliseconds(100));
       if (!unit) continue;
-      if (unit->render) {
-        Render(*unit);
-      } else if (unit->shard) {
-        ++shards;
-        try {
-          if (const auto trees = answer_(*unit->shard)) client_.SubmitShard({id_, unit->id, unit->job, *trees});
-        } catch (const Error& error) {
-          EXPECT_EQ(error.kind(), ErrorKind::kCorrupt) << error.what();
-          ++refused;
+      try {
+        if (unit->render) {
+          hand_.Render(*unit);
+        } else if (unit->shard) {
+          ++shards;
+          if (const auto trees = answer_(*unit->shard)) hand_.Answer(*unit, *trees);
+        } else {
+          hand_.Survey(*unit);
         }
-      } else {
-        client_.SubmitSurvey({id_, unit->id, unit->job, compiled_.survey.Serialize(), "", {}});
+      } catch (const Error& error) {
+        if (!unit->shard) {
+          EXPECT_EQ(error.kind(), ErrorKind::kNotFound) << error.what();  // that state is over
+          continue;
+        }
+        EXPECT_EQ(error.kind(), ErrorKind::kCorrupt) << error.what();
+        ++refused;
       }
     }
   }
   int shards = 0, refused = 0;
 
  private:
-  void Render(const LeasedUnit& unit) {
-    const RenderUnit& r = *unit.render;
-    try {
-      if (state_hash_ != r.state) state_ = method_->ParseState(client_.FetchState(r.state));
-    } catch (const Error&) {
-      return;  // that state is over
-    }
-    state_hash_ = r.state;
-    Contribution contribution;
-    executor_.ExecuteNode(state_, r.round, r.node, StopToken(), &contribution);
-    client_.SubmitContribution({id_, {unit.id}, unit.job, r.round, {r.node}, r.state, 0, 0.01},
-                               SerializeContribution(contribution));
-  }
-  WorkClient client_;
-  const CompiledJob compiled_;
-  const std::unique_ptr<Method> method_;
-  LocalExecutor executor_;
+  HandWorker hand_;
   const Answer answer_;
-  WorkerId id_;
-  ContentHash state_hash_;
-  std::shared_ptr<const State> state_;
+};
+
+struct Shards : InProcessFarm {
+  Shards() {
+    End();
+    options.alone_share = -1;  // every advance is offered, from its first shard on
+    Start();
+  }
+  // Jobs as `submit` hands them in, with this worker alone.
+  template <class Submit>
+  void With(ShardWorker& worker, const Submit& submit) {
+    std::atomic<bool> stop{false};
+    std::jthread thread([&] { worker.Run(stop); });
+    submit();
+    stop = true;
+  }
 };
 
 TEST_F(Shards, WhoMadeWhichTreeDoesNotShow) {
@@ -114,15 +96,13 @@ TEST_F(Shards, WhoMadeWhichTreeDoesNotShow) {
     const auto expected = RenderHere(box, spec);
     for (const Case& c : cases) {
       SCOPED_TRACE(std::string(reconstruction) + ", a worker that " + c.what);
-      std::atomic<bool> stop{false};
       ShardWorker worker(server->address(), box, spec, c.answer);
-      std::jthread thread([&] { worker.Run(stop); });
-      const auto id = SubmitBox(spec);
-      const auto status = client->Watch(id, {});
-      stop = true;
-      thread.join();
-      ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
-      ExpectBits(*client, id, expected);
+      With(worker, [&] {
+        const auto id = SubmitBox(spec);
+        const auto status = client->Watch(id, {});
+        ASSERT_EQ(status.phase, JobPhase::kDone) << status.error;
+        ExpectBits(*client, id, expected);
+      });
       EXPECT_GT(worker.shards, 0);
       if (c.what != std::string("is of no use")) {
         EXPECT_EQ(worker.refused, 0);
@@ -141,29 +121,24 @@ TEST_F(Shards, WhatWorkersAnswerIsTaken) {
       std::memcpy(content->data(), &sigma, sizeof sigma);
     }));
   };
-  std::atomic<bool> stop{false};
   ShardWorker worker(server->address(), box, spec, other);
-  std::jthread thread([&] { worker.Run(stop); });
-  // Whether an answer comes in time is a race that a busy machine may decide against it, but not every time.
-  EXPECT_TRUE(Eventually(seconds(60), [&] {
-    const auto id = SubmitBox(spec);
-    EXPECT_EQ(client->Watch(id, {}).phase, JobPhase::kDone);
-    return client->GetReport(id).find(expected.report.state_hash.hex) == std::string::npos;
-  }));
-  stop = true;
-  thread.join();
+  With(worker, [&] {
+    // Whether an answer comes in time is a race that a busy machine may decide against it, but not every time.
+    EXPECT_TRUE(Eventually(seconds(60), [&] {
+      const auto id = SubmitBox(spec);
+      EXPECT_EQ(client->Watch(id, {}).phase, JobPhase::kDone);
+      return client->GetReport(id).find(expected.report.state_hash.hex) == std::string::npos;
+    }));
+  });
 }
 
 TEST_F(Shards, AWorkerThatWouldMakeOtherTreesIsNotAsked) {
   const auto spec = ManyTrees("dense");
-  std::atomic<bool> stop{false};
   ShardWorker worker(server->address(), box, spec, {}, "another rounding");
-  std::jthread thread([&] { worker.Run(stop); });
-  const auto id = SubmitBox(spec);
-  const auto status = client->Watch(id, {});
-  stop = true;
-  thread.join();
-  EXPECT_EQ(status.phase, JobPhase::kDone) << status.error;
+  With(worker, [&] {
+    const auto status = client->Watch(SubmitBox(spec), {});
+    EXPECT_EQ(status.phase, JobPhase::kDone) << status.error;
+  });
   EXPECT_EQ(worker.shards, 0);
 }
 

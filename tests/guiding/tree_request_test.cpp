@@ -178,8 +178,6 @@ TEST(TreeRequest, AnAdvanceThatHasToGrowCoarserAsksSeveralTimes) {
   training.options.reconstruction = Reconstruction::kDenseUnlimited;
   training.options.spatial_threshold = 500;
   const auto tree = synthetic::Train(training, 3);
-  SdTreeStatistics statistics(tree);
-  statistics.Record(synthetic::MakeRecords(*tree, training.field, 1, 5, 160000), 9);
   // The same trees, with room for less than a node each: thresholds rise beyond one.
   SdTreeOptions narrow = training.options;
   narrow.max_nodes = tree->leaf_count() / 2;
