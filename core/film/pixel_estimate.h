@@ -19,8 +19,9 @@ struct PixelEstimate {
   static PixelEstimate Read(ByteReader& in);
 };
 
-// The image's luminance through three 3x3 box filters, edges repeated, and no lower than a hundredth of its mean: a
-// relative floor, so that the scale of the scene's light does not matter (Rath et al. 2020 add an absolute one).
+// The image's luminance, no pixel above twice the mean of its neighbours, through three 3x3 box filters, edges repeated,
+// and no lower than a hundredth of its mean: a relative floor, so that the scale of the scene's light does not matter
+// (Rath et al. 2020 add an absolute one).
 PixelEstimate EstimatePixels(const Image& image);
 
 }  // namespace lodestar

@@ -18,7 +18,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 5;
+constexpr uint32_t kMagic = DocumentMagic("LAUT"), kVersion = 6;
 constexpr const char* kWhat = "state of method 'auto'";
 
 // As much as a learner's film may be better than the one before; and of the first film that tells a variance, after
@@ -58,6 +58,12 @@ const AutoState::Parts& PartsOf(const State& state) {
   return cast->parts();
 }
 
+uint32_t IterationsOf(const AutoState::Parts& parts) {
+  uint32_t done = 0;
+  for (const AutoState::Entrant& entrant : parts.entrants) done += entrant.iterations;
+  return done;
+}
+
 const PilotResult* LastOf(const std::vector<PilotResult>& results, uint32_t candidate) {
   const PilotResult* last = nullptr;
   for (const PilotResult& result : results) {
@@ -72,6 +78,7 @@ Bytes AutoState::Serialize() const {
   ByteWriter out = OpenDocument(kMagic, kVersion);
   out.Put(parts_.active);
   out.Put<uint8_t>(parts_.settled);
+  out.Put(parts_.late_from);
   out.Put(static_cast<uint32_t>(parts_.entrants.size()));
   for (const Entrant& entrant : parts_.entrants) {
     out.Put<uint8_t>(entrant.state != nullptr);
@@ -94,7 +101,11 @@ MethodEntry AutoMethod::Entry() {
         "where path tracing hardly finds the light. Recommended: the default"},
        {"pilot", "an integer from 1000 to 1e9", "580000",
         "paths in the pilot of path tracing; methods that learn have three times as many, and at least what they "
-        "cannot show anything without"}}};
+        "cannot show anything without"},
+       {"credit", "an integer from -1 to 1000", "-1",
+        "iterations of the race within which a method that has shown one film of what it learned is credited with "
+        "growth; -1: those that end in the first quarter of the budget (recommended), which the report then names for "
+        "a replay"}}};
 }
 
 AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
@@ -104,6 +115,7 @@ AutoMethod::AutoMethod(const JobSpec& job, const Survey& survey) {
   JobSpec own = job;
   own.budget = {};
   const auto paths = static_cast<uint64_t>(given.Integer("pilot", 1000, 1000000000));
+  credit_ = given.Integer("credit", -1, 1000);
   std::vector<std::string> names;
   const std::string text = "," + given.Text("candidates") + ",";
   for (size_t begin = 0, end; (end = text.find(',', begin + 1)) != std::string::npos; begin = end)
@@ -169,8 +181,7 @@ uint64_t AutoMethod::PilotPasses(const Parts& parts, uint32_t c) const {
 
 uint64_t AutoMethod::IterationPasses(const State& state, uint32_t iteration) const {
   const Parts& parts = PartsOf(state);
-  uint32_t done = 0;
-  for (const AutoState::Entrant& entrant : parts.entrants) done += entrant.iterations;
+  const uint32_t done = IterationsOf(parts);
   const uint32_t ahead = iteration > done ? iteration - done : 0;
   const uint64_t own = OwnPasses(parts, parts.active, ahead);
   if (parts.settled) return own;
@@ -204,6 +215,10 @@ std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const Sta
   ++entrant.iterations;
   entrant.passes += result.passes;
   entrant.last_passes = result.passes;
+  if (const uint32_t done = IterationsOf(parts); parts.late_from == AutoState::kNever) {
+    const bool late = credit_ < 0 ? result.late || result.last : done >= static_cast<uint32_t>(credit_);
+    if (late) parts.late_from = done;
+  }
   if (!parts.settled) {
     Results measured = Measure(result);
     const auto count = static_cast<uint32_t>(candidates_.size());
@@ -229,6 +244,13 @@ std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const Sta
 bool AutoMethod::Decided(const State& state) const {
   const Parts& parts = PartsOf(state);
   return parts.settled && OwnPasses(parts, parts.active) == 0;
+}
+
+std::map<std::string, std::string> AutoMethod::DecidedOptions(const State& state) const {
+  if (candidates_.size() == 1) return {};
+  const Parts& parts = PartsOf(state);
+  const uint32_t credited = parts.late_from == AutoState::kNever ? IterationsOf(parts) + 1 : parts.late_from;
+  return {{"credit", std::to_string(credited)}};
 }
 
 // ---- The race ----
@@ -282,7 +304,7 @@ bool AutoMethod::Hopeless(const Parts& parts, const Results& measured, uint32_t 
   return false;
 }
 
-double AutoMethod::Promise(const Parts& parts, uint32_t candidate, bool last_chance) const {
+double AutoMethod::Promise(const Parts& parts, uint32_t candidate) const {
   // As much as its last was better than the one before, within reason.
   const PilotResult *last = nullptr, *before = nullptr;
   for (const PilotResult& result : parts.results) {
@@ -291,12 +313,12 @@ double AutoMethod::Promise(const Parts& parts, uint32_t candidate, bool last_cha
     last = &result;
   }
   if (last == nullptr || OwnPasses(parts, candidate) == 0) return 1;
-  // One film does not tell how it grows. The next will, where there is one.
-  if (before == nullptr) return last_chance ? 1 : kMostGrowthOfFirst;
+  // One film does not tell how it grows. The next will, and that is worth its cost where much of the job is left.
+  if (before == nullptr) return parts.late_from == AutoState::kNever ? kMostGrowthOfFirst : 1;
   return std::clamp(CompareEfficiency(*last, *before).value, 1.0, kMostGrowth);
 }
 
-uint32_t AutoMethod::Winner(const Parts& parts, bool last) const {
+uint32_t AutoMethod::Winner(const Parts& parts) const {
   uint32_t best = 0;
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
     const PilotResult *result = LastOf(parts.results, c), *leader = LastOf(parts.results, best);
@@ -308,7 +330,7 @@ uint32_t AutoMethod::Winner(const Parts& parts, bool last) const {
     // In doubt for one that still learns: wrongly left out it costs what guiding can gain, wrongly kept a fraction.
     const EfficiencyRatio ratio = CompareEfficiency(*result, *leader);
     const double believed = OwnPasses(parts, c) > 0 ? ratio.high : ratio.value;
-    if (believed * Promise(parts, c, last) > Promise(parts, best, last)) best = c;
+    if (believed * Promise(parts, c) > Promise(parts, best)) best = c;
   }
   // One that learns may have had the doubt; who has learned all that it can is to lead in fact.
   for (uint32_t c = 0; c < candidates_.size() && OwnPasses(parts, best) == 0; ++c) {
@@ -320,7 +342,7 @@ uint32_t AutoMethod::Winner(const Parts& parts, bool last) const {
 }
 
 void AutoMethod::Decide(Parts* parts, bool last) const {
-  parts->active = Winner(*parts, last);
+  parts->active = Winner(*parts);
   const PilotResult* own = LastOf(parts->results, parts->active);
   parts->settled = true;
   for (uint32_t c = 0; c < candidates_.size(); ++c) {
@@ -380,6 +402,7 @@ std::shared_ptr<const State> AutoMethod::ParseState(std::string_view bytes) cons
   Parts parts;
   parts.active = in.Get<uint32_t>();
   parts.settled = in.GetFlag();
+  parts.late_from = in.Get<uint32_t>();
   const auto count = in.Get<uint32_t>();
   if (count != candidates_.size() || parts.active >= count) in.Fail("has other candidates than its job");
   for (const Candidate& candidate : candidates_) {

@@ -26,9 +26,11 @@ class AutoState final : public State {
     uint32_t iterations = 0;               // that it rendered
     uint64_t passes = 0, last_passes = 0;  // of all of them, and of the last
   };
+  static constexpr uint32_t kNever = ~uint32_t{0};
   struct Parts {
     uint32_t active = 0;               // the candidate that renders under this state
     bool settled = false;              // the race is over
+    uint32_t late_from = kNever;       // iterations that were over when it had become late to try what may grow
     std::vector<Entrant> entrants;     // by candidate
     std::vector<PilotResult> results;  // in the order they were rendered; once the pilot is over
   };
@@ -55,6 +57,7 @@ class AutoMethod final : public Method {
   Active ActiveUnder(const std::shared_ptr<const State>& state) const override;
   uint32_t candidates() const override { return static_cast<uint32_t>(candidates_.size()); }
   bool Decided(const State& state) const override;
+  std::map<std::string, std::string> DecidedOptions(const State& state) const override;
   std::string Explain(const State& state) const override;
 
  private:
@@ -82,13 +85,14 @@ class AutoMethod final : public Method {
   // Whether the candidate, in its pilot or before it, is so far behind one that came before that it will not be ahead
   // at its end. It is lost for good then.
   bool Hopeless(const Parts& parts, const Results& measured, uint32_t candidate) const;
-  // How much better the candidate's next films may be than its last. `last_chance`: it is chosen now or never.
-  double Promise(const Parts& parts, uint32_t candidate, bool last_chance) const;
+  // How much better the candidate's next films may be than its last.
+  double Promise(const Parts& parts, uint32_t candidate) const;
   // After the pilots: sets active, settled and the states that are left. `last`: this is final.
   void Decide(Parts* parts, bool last) const;
-  // Among those that are not dropped. `last`: who it is goes on to the end.
-  uint32_t Winner(const Parts& parts, bool last) const;
+  // Among those that are not dropped.
+  uint32_t Winner(const Parts& parts) const;
 
+  int credit_;  // iterations before it is late; -1: as the loop says
   std::vector<Candidate> candidates_;
   std::vector<std::string> not_needed_;  // candidates that the scene has nothing for
 };

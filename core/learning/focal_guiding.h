@@ -46,7 +46,7 @@ class FocalMethod final : public Method {
   uint64_t IterationPasses(const State&, uint32_t iteration) const override {
     return iteration < options_.field.iterations() ? options_.passes : 0;
   }
-  std::map<std::string, std::string> DecidedOptions() const override {
+  std::map<std::string, std::string> DecidedOptions(const State&) const override {
     return {{"passes", std::to_string(options_.passes)}};
   }
   Combination combination() const override { return options_.combination; }

@@ -58,7 +58,7 @@ class GridMethod final : public Method {
   }
   // With a memo: that it is biased, and by how much.
   std::string Explain(const State& state) const override;
-  std::map<std::string, std::string> DecidedOptions() const override {
+  std::map<std::string, std::string> DecidedOptions(const State&) const override {
     return {{"exploration", std::to_string(options_.exploration)}, {"steps", std::to_string(options_.steps)}};
   }
   Combination combination() const override { return options_.combination; }

@@ -19,6 +19,8 @@ constexpr uint64_t kMinPassesForErrorStop = 16;
 constexpr uint64_t kMinPassesForNoError = 1024;
 // The same for the variances of iterations.
 constexpr uint64_t kMinPassesForAutomatic = 8;
+// Whether an iteration pays that is begun to see what a method can learn depends on what is left to make use of it.
+constexpr double kLate = 0.25;
 // Measuring takes time, and neighbouring points tell little: one for every five per cent more passes (two where the
 // error ends the job), 200 in all.
 constexpr double kPointSpacing = 1.05, kPointSpacingByError = 1.02;
@@ -60,7 +62,6 @@ Loop::Loop(const JobSpec& job, const Survey& survey, const MethodFactory& make_m
     : job_(job), survey_(survey), grid_(CheckedGrid(survey)) {
   job_.budget.Check();
   method_ = make_method(job_, survey_);
-  for (auto& [name, value] : method_->DecidedOptions()) job_.options[name] = value;
   state_ = method_->Initial();
   final_iteration_ = EndsTraining(0) || method_->Decided(*state_);
   error_ = kUnknown;
@@ -183,6 +184,7 @@ void Loop::DecideStop(const Round& round, double round_seconds, const Image* ref
     return finish("error");
   if (iteration_complete_) {
     next_is_final_ = EndsTraining(iteration_ + 1);
+    next_is_late_ = SpentAfter(iteration_ + 1) > kLate;
     previous_prediction_ = PredictedVariance();
   }
   const double seconds_per_pass = round_seconds / round.passes;
@@ -214,19 +216,30 @@ bool Loop::EndsTraining(uint32_t next) const {
   if (method_->candidates() == 1 && 2 * (passes_ + passes) > SppBudget()) return true;
   if (next == 0) return false;
 
-  const double seconds_per_pass = iteration_seconds_ / static_cast<double>(iteration_passes_);
-  const double predicted_end = seconds_ + last_advance_seconds_ + seconds_per_pass * static_cast<double>(passes);
-  if (job_.budget.seconds > 0 && predicted_end > job_.budget.seconds / 2) return true;
-
-  if (job_.budget.error > 0 && std::isfinite(error_) && error_ > 0) {
-    const double needed = static_cast<double>(combined_->passes) * error_ / job_.budget.error;
-    if (needed < static_cast<double>(two_doublings)) return true;
-  }
+  if (job_.budget.seconds > 0 && PredictedEnd(passes) > job_.budget.seconds / 2) return true;
+  if (PassesForError() < static_cast<double>(two_doublings)) return true;
   if (method_->combination() == Method::Combination::kAutomatic && iteration_passes_ >= kMinPassesForAutomatic &&
       previous_prediction_ > 0) {
     return PredictedVariance() >= previous_prediction_;
   }
   return false;
+}
+
+double Loop::PredictedEnd(uint64_t passes) const {
+  const double seconds_per_pass = iteration_seconds_ / static_cast<double>(iteration_passes_);
+  return seconds_ + last_advance_seconds_ + seconds_per_pass * static_cast<double>(passes);
+}
+
+double Loop::PassesForError() const {
+  if (job_.budget.error <= 0 || !std::isfinite(error_) || error_ <= 0) return kUnknown;
+  return static_cast<double>(combined_->passes) * error_ / job_.budget.error;
+}
+
+double Loop::SpentAfter(uint32_t next) const {
+  const uint64_t passes = method_->IterationPasses(*state_, next);
+  const auto end = static_cast<double>(passes_ + passes);
+  const double spent = end / std::min(static_cast<double>(SppBudget()), PassesForError());
+  return job_.budget.seconds > 0 ? std::max(spent, PredictedEnd(passes) / job_.budget.seconds) : spent;
 }
 
 // Variance of the final image if everything from this iteration's start on were rendered with its state; 0: not known.
@@ -252,6 +265,7 @@ void Loop::Advance(ShardRunner* shards, const Hooks& hooks, const Clock& clock) 
                                                                 .image = &combined_->image,
                                                                 .films = films_,
                                                                 .last = next_is_final_,
+                                                                .late = next_is_late_,
                                                                 .shards = shards});
   if (hooks.advanced) {
     const Clock::Duration called = clock.Now();
@@ -275,7 +289,7 @@ void Loop::BeginIteration() {
   round_ = 0;
   iteration_passes_ = 0;
   iteration_seconds_ = 0;
-  iteration_complete_ = next_is_final_ = false;
+  iteration_complete_ = next_is_final_ = next_is_late_ = false;
 }
 
 // ---- Results ----
@@ -325,6 +339,7 @@ JobProgress Loop::Progress(double seconds_per_pass) const {
 JobReport Loop::Report() const {
   JobReport report = report_;
   report.job = job_;
+  for (auto& [name, value] : method_->DecidedOptions(*state_)) report.job.options[name] = value;
   report.survey = survey_;
   report.passes = passes_;
   report.iterations = iteration_ + 1;

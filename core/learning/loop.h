@@ -121,6 +121,12 @@ class Loop {
   JobProgress Progress(double seconds_per_pass) const;
   // Iteration ends.
   bool EndsTraining(uint32_t next) const;
+  // Seconds of the run when that many more passes are done, each as long as this iteration's.
+  double PredictedEnd(uint64_t passes) const;
+  // That the image must have for the budget's error; infinity where that is not known.
+  double PassesForError() const;
+  // Share of the budget that is spent when iteration `next` is over.
+  double SpentAfter(uint32_t next) const;
   double PredictedVariance() const;
   void Advance(ShardRunner* shards, const Hooks& hooks, const Clock& clock);
   void BeginIteration();
@@ -136,8 +142,8 @@ class Loop {
   uint32_t iteration_ = 0, round_ = 0;
   uint64_t iteration_passes_ = 0, passes_ = 0;
   bool final_iteration_ = false;
-  bool iteration_complete_ = false;  // the advance comes next, and next_is_final_ is decided
-  bool next_is_final_ = false, finished_ = false;
+  bool iteration_complete_ = false;  // the advance comes next, and what the next iteration is has been decided
+  bool next_is_final_ = false, next_is_late_ = false, finished_ = false;
   double seconds_ = 0, seconds_learning_ = 0;
   double iteration_seconds_ = 0, last_advance_seconds_ = 0;
   double previous_prediction_ = 0;  // Combination::kAutomatic; 0: none yet

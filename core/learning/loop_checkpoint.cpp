@@ -7,7 +7,7 @@
 namespace lodestar {
 namespace {
 
-constexpr uint32_t kMagic = DocumentMagic("LDCP"), kVersion = 4;
+constexpr uint32_t kMagic = DocumentMagic("LDCP"), kVersion = 5;
 constexpr const char* kWhat = "checkpoint";
 
 void WritePoint(ByteWriter& out, const ErrorPoint& point) {
@@ -86,7 +86,8 @@ class LoopCheckpoint {
     out.Put(loop.round_);
     out.Put(loop.iteration_passes_);
     out.Put(loop.passes_);
-    for (const bool flag : {loop.final_iteration_, loop.iteration_complete_, loop.next_is_final_, loop.finished_})
+    for (const bool flag :
+         {loop.final_iteration_, loop.iteration_complete_, loop.next_is_final_, loop.next_is_late_, loop.finished_})
       out.Put<uint8_t>(flag ? 1 : 0);
     for (const double value : {loop.seconds_, loop.seconds_learning_, loop.iteration_seconds_,
                                loop.last_advance_seconds_, loop.previous_prediction_, loop.error_}) {
@@ -99,7 +100,8 @@ class LoopCheckpoint {
     loop->round_ = in.Get<uint32_t>();
     loop->iteration_passes_ = in.Get<uint64_t>();
     loop->passes_ = in.Get<uint64_t>();
-    for (bool* flag : {&loop->final_iteration_, &loop->iteration_complete_, &loop->next_is_final_, &loop->finished_})
+    for (bool* flag : {&loop->final_iteration_, &loop->iteration_complete_, &loop->next_is_final_, &loop->next_is_late_,
+                       &loop->finished_})
       *flag = in.GetFlag();
     for (double* value : {&loop->seconds_, &loop->seconds_learning_, &loop->iteration_seconds_,
                           &loop->last_advance_seconds_, &loop->previous_prediction_}) {

@@ -84,7 +84,8 @@ struct IterationResult {
   const Image* image = nullptr;               // the job's image so far; null where there is none
   std::span<const IterationFilm> films = {};  // those it is made of; this iteration's is the last
   bool last = false;                          // training ends here: the state to come renders the rest of the job
-  ShardRunner* shards = nullptr;              // who does what can be done in shards; null: this process
+  bool late = false;  // another iteration would end beyond a quarter of the budget, as far as can be predicted
+  ShardRunner* shards = nullptr;  // who does what can be done in shards; null: this process
 };
 
 struct OptionHelp {
@@ -116,9 +117,9 @@ class Method {
   // How many it chooses from.
   virtual uint32_t candidates() const { return 1; }
 
-  // Options that were left to the method and that it derived from the budget: as it decided, for a replay of the job by
-  // passes, which has another budget.
-  virtual std::map<std::string, std::string> DecidedOptions() const { return {}; }
+  // Options that were left to the method and that it derived from the budget: as it has decided under a state, for a
+  // replay of the job by passes, which has another budget.
+  virtual std::map<std::string, std::string> DecidedOptions(const State& state) const { return {}; }
 
   // True where a state has nothing more to learn: the iteration under it is the last.
   virtual bool Decided(const State& state) const { return false; }

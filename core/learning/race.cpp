@@ -14,6 +14,9 @@ namespace {
 // Part of the pixels that is left out, the worst: half of what reports leave out. Between none, where one outlier
 // decides, and all of that, where the noise of few passes hides (docs/decisions/0013-auto.md).
 constexpr double kLeftOut = kTrimmedFraction / 2;
+// Rare samples lie in as many more pixels as there are passes: of films of fewer than these, fewer pixels are left out,
+// so that the same share of samples is.
+constexpr double kPassesOfLeftOut = 16;
 
 // Cuts an image into blocks, at most eight along each side.
 class Blocks {
@@ -96,7 +99,7 @@ PilotResult MeasurePilot(uint32_t candidate, const Film& film, double work, cons
       values[i] = image.variance[i] * passes / (expected * expected + yardstick.epsilon());
     }
   }
-  const double most = LargestKept(values, kLeftOut);
+  const double most = LargestKept(values, kLeftOut * std::min(1.0, passes / kPassesOfLeftOut));
 
   // 2. By block.
   std::vector<double> light(blocks.count());

@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <map>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/learning/auto_method.h"
@@ -17,8 +18,8 @@ namespace {
 constexpr uint32_t kSide = 48;
 
 // Samples of mean 1 and the given variance: 0 or a rare burst, as noise is in renders.
-Film NoisyFilm(uint64_t passes, double variance, uint64_t seed) {
-  const TileGrid grid(kSide, kSide);
+Film NoisyFilm(uint64_t passes, double variance, uint64_t seed, uint32_t side = kSide) {
+  const TileGrid grid(side, side);
   Film film(grid);
   const double chance = 1 / (1 + variance), burst = 1 + variance;
   uint64_t state = seed;
@@ -36,12 +37,16 @@ Film NoisyFilm(uint64_t passes, double variance, uint64_t seed) {
   return film;
 }
 
-Image OnesImage() {
-  return {kSide, kSide, std::vector<Rgb>(size_t{kSide} * kSide, Rgb(1)), std::vector<float>(size_t{kSide} * kSide)};
+Image OnesImage(uint32_t side = kSide) {
+  return {side, side, std::vector<Rgb>(size_t{side} * side, Rgb(1)), std::vector<float>(size_t{side} * side)};
 }
 
-Yardstick Ones() {
-  return Yardstick(OnesImage());
+Yardstick Ones(uint32_t side = kSide) {
+  return Yardstick(OnesImage(side));
+}
+
+double MeanOf(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 TEST(Race, FindsTheRatioOfEfficienciesWithinItsInterval) {
@@ -96,6 +101,37 @@ TEST(Race, OneOutlierDoesNotDecide) {
   EXPECT_NEAR(ratio(1e6f), 2, 0.3);
 }
 
+// What is rare lies in few pixels of a film of few passes: the same share of samples is left out, not of pixels.
+TEST(Race, AFilmOfFewPassesIsNoMoreTrimmedThanOneOfMany) {
+  constexpr uint32_t kLarge = 512;
+  Image slope = OnesImage(kLarge);  // so that no two bursts count alike
+  for (size_t i = 0; i < slope.size(); ++i)
+    slope.pixels[i] *= 1 + 0.1f * static_cast<float>(i) / static_cast<float>(slope.size());
+  const Yardstick yardstick(slope);
+  double few = 0, many = 0;
+  for (uint64_t seed = 1; seed <= 25; ++seed) {
+    few += MeanOf(MeasurePilot(0, NoisyFilm(2, 200, seed, kLarge), 2, yardstick).variances);
+    many += MeanOf(MeasurePilot(0, NoisyFilm(16, 200, seed + 99, kLarge), 16, yardstick).variances);
+  }
+  EXPECT_NEAR(few / many, 1, 0.03);  // 0.965 with as many pixels left out of both
+}
+
+// The yardstick holds every film. Where one has met a rare sample, that must not be what is expected there.
+TEST(Race, AFilmsOutliersDoNotHideInTheYardstick) {
+  double rare_variance = 0, other_variance = 0;
+  for (uint64_t trial = 0; trial < 20; ++trial) {
+    const Film rare = NoisyFilm(2, 500, trial), other = NoisyFilm(7, 20, trial + 100);
+    Image image = rare.Develop();
+    const Image others = other.Develop();
+    for (size_t i = 0; i < image.size(); ++i)
+      image.pixels[i] = image.pixels[i] * (2 / 9.0f) + others.pixels[i] * (7 / 9.0f);
+    const Yardstick yardstick(image);
+    rare_variance += MeanOf(MeasurePilot(0, rare, 2, yardstick).variances);
+    other_variance += MeanOf(MeasurePilot(1, other, 7, yardstick).variances);
+  }
+  EXPECT_NEAR(rare_variance / other_variance, 500 / 20.0, 6);
+}
+
 TEST(Race, AFilmThatHasNotMetTheLightIsNoisy) {
   const PilotResult found = MeasurePilot(0, NoisyFilm(16, 100, 1), 16, Ones());
   // No sample met anything, so no variance shows. 36 pixels of 16 samples a block: one sample in 576 or fewer.
@@ -148,10 +184,11 @@ TEST(Race, RelativeVarianceIsAboutOneOverTheShareOfHits) {
 class Driver {
  public:
   explicit Driver(const std::string& candidates = "path,sdtree", uint32_t width = 320, uint32_t height = 180,
-                  bool guidable = true) {
+                  bool guidable = true, const std::string& credit = "-1") {
     JobSpec job;
     job.method = "auto";
     job.options["candidates"] = candidates;
+    job.options["credit"] = credit;
     Survey survey = test::SyntheticSurvey();
     survey.resolution_x = width;
     survey.resolution_y = height;
@@ -169,7 +206,7 @@ class Driver {
   const std::vector<IterationFilm>& films() const { return films_; }
   uint64_t passes() const { return method_->IterationPasses(*state_, iteration_); }
   // Renders the next iteration, its samples of the given variance; false once the method has decided.
-  bool Step(double variance, bool last = false) {
+  bool Step(double variance, bool last = false, bool late = false) {
     if (method_->Decided(*state_)) return false;
     const uint64_t rendered = passes(), counted = std::min<uint64_t>(rendered, 32);
     // Every pass costs a hundred rays and no vertices, whoever renders it.
@@ -177,7 +214,8 @@ class Driver {
                       method_->ActiveUnder(state_).candidate, 100 * counted, 0});
     const Image image = OnesImage();
     state_ = method_->Advance(
-        state_, {.iteration = iteration_, .passes = rendered, .image = &image, .films = films_, .last = last});
+        state_,
+        {.iteration = iteration_, .passes = rendered, .image = &image, .films = films_, .last = last, .late = late});
     MakeRoom(&films_, method_->combination(), Combine(films_, method_->combination()).weights);
     ++iteration_;
     return true;
@@ -243,14 +281,14 @@ TEST(Auto, PromiseKeepsALearnerUntilItIsBrokenOrKept) {
 
 // In large pictures a pilot has two passes of path tracing, and one and two of a tree, of which two are measured.
 TEST(Auto, OneFilmDoesNotTellHowALearnerGrows) {
-  const auto after_pilot = [](double tree, bool last) {
-    Driver driver("path,sdtree", 1280, 720);
+  const auto after_pilot = [](double tree, bool last, bool late, const char* credit = "-1") {
+    Driver driver("path,sdtree", 1280, 720, true, credit);
     driver.Step(4);
     driver.Step(9);
-    driver.Step(tree, last);
+    driver.Step(tree, last, late);
     return driver;
   };
-  Driver grows = after_pilot(6.4, false), stays = after_pilot(6.4, false);
+  Driver grows = after_pilot(6.4, false, false), stays = after_pilot(6.4, false, false);
   ASSERT_EQ(grows.active(), "sdtree");
   ASSERT_FALSE(grows.settled());
   grows.Step(3);
@@ -258,11 +296,29 @@ TEST(Auto, OneFilmDoesNotTellHowALearnerGrows) {
   EXPECT_EQ(grows.active(), "sdtree");
   EXPECT_EQ(stays.active(), "path");
   EXPECT_TRUE(stays.settled());
-  // Not where it could not be seen any more, nor where growth would not make up for it.
-  for (const Driver& driver : {after_pilot(6.4, true), after_pilot(14, false)}) {
+  // Not where it could not be seen any more or it is late, nor where growth would not make up for it.
+  for (const Driver& driver : {after_pilot(6.4, true, false), after_pilot(6.4, false, true),
+                               after_pilot(6.4, false, false, "3"), after_pilot(14, false, false)}) {
     EXPECT_EQ(driver.active(), "path");
     EXPECT_TRUE(driver.settled());
   }
+  // Who leads in fact goes on learning, and who is told until when there is credit does not ask.
+  EXPECT_FALSE(after_pilot(2, false, true).method().Decided(after_pilot(2, false, true).state()));
+  EXPECT_EQ(after_pilot(6.4, false, true, "4").active(), "sdtree");
+}
+
+// For a replay: until when there was credit.
+TEST(Auto, SaysWhenItWasLate) {
+  Driver driver("path,sdtree", 1280, 720);
+  const auto credit = [&] { return driver.method().DecidedOptions(driver.state()).at("credit"); };
+  driver.Step(4);
+  driver.Step(9);
+  EXPECT_EQ(credit(), "3");  // not yet late
+  driver.Step(6.4, false, true);
+  EXPECT_EQ(credit(), "3");
+  driver.Step(4, false, true);
+  EXPECT_EQ(credit(), "3");
+  EXPECT_TRUE(Driver("path").method().DecidedOptions(Driver("path").state()).empty());
 }
 
 TEST(Auto, ABudgetThatEndsEarlyTakesWhatItHas) {

@@ -123,9 +123,10 @@ TEST(Checkpoint, ForgedContentDoesNotCrash) {
 TEST(Checkpoint, AFilmOfNoCandidateIsRefused) {
   Loop loop(SyntheticJob("auto", 0), SyntheticSurvey());
   const Bytes bytes = loop.Checkpoint(), state = loop.state()->Serialize();
-  // After the state: the position (six counts, flags and six times), the number of films, the first one's iteration.
+  // After the state: the position (four counts, five flags and six times), the number of films, the first one's
+  // iteration.
   const Bytes forged =
-      Resealed(bytes, [&](Bytes* content) { (*content)[content->find(state) + state.size() + 76 + 8 + 4] = 9; });
+      Resealed(bytes, [&](Bytes* content) { (*content)[content->find(state) + state.size() + 77 + 8 + 4] = 9; });
   try {
     Loop::Restore(forged);
     FAIL() << "was read";

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 
 #include "core/base/error.h"
+#include "core/learning/auto_method.h"
 #include "tests/learning/synthetic.h"
 
 namespace lodestar {
@@ -31,6 +33,14 @@ Outcome RunJob(const JobSpec& job, SyntheticExecutor::Options options = {}, cons
   loop.Run(executor, StopToken(), {}, clock);
   EXPECT_TRUE(loop.finished());
   return {ResultOf(loop), loop.Report(), executor.rounds};
+}
+
+// The same run by passes.
+JobSpec ReplayOf(const JobReport& report) {
+  JobSpec replay = report.job;
+  replay.budget = {report.passes, 0, 0};
+  replay.training_iterations = report.training_iterations;
+  return replay;
 }
 
 std::vector<uint32_t> PassesOf(const std::vector<Round>& rounds) {
@@ -194,12 +204,66 @@ TEST(Loop, ARunByTimeReplaysBySamples) {
         if (job.method == "sdtree") job.options["combine"] = combine;
         job.budget.seconds = seconds;
         const Outcome run = RunJob(job, {.seconds_per_pass = 0.7});
-        JobSpec replay = job;
-        replay.budget = {run.report.passes, 0, 0};
-        replay.training_iterations = run.report.training_iterations;
-        const Outcome again = RunJob(replay, {.shuffle = 3, .seconds_per_pass = 11});
+        const Outcome again = RunJob(ReplayOf(run.report), {.shuffle = 3, .seconds_per_pass = 11});
         EXPECT_EQ(again.result, run.result) << method << " " << seconds << " " << combine;
         EXPECT_EQ(again.rounds, run.rounds);
+      }
+    }
+  }
+}
+
+// In a picture this large the pilot of a tree has one film, and whether it is credited with more depends on what is
+// left of the job: of one by time, on the clock.
+TEST(Loop, AChoiceMadeByWhatWasLeftReplays) {
+  const Survey survey = SyntheticSurvey(80, 48);
+  JobSpec job = SyntheticJob("auto", 0);
+  job.options["pilot"] = "1000";
+  std::set<std::string> credits;
+  for (const double seconds : {4.0, 9.0, 12.0, 31.0, 99.0}) {
+    job.budget.seconds = seconds;
+    const Outcome run = RunJob(job, {.seconds_per_pass = 0.7}, survey);
+    const JobSpec replay = ReplayOf(run.report);
+    credits.insert(replay.options.at("credit"));
+    const Outcome again = RunJob(replay, {.shuffle = 3, .seconds_per_pass = 11}, survey);
+    EXPECT_EQ(again.result, run.result) << seconds;
+    EXPECT_EQ(again.rounds, run.rounds) << seconds;
+  }
+  EXPECT_GE(credits.size(), 3u);
+  // It is the credit that makes the difference.
+  job.budget = {100, 0, 0};
+  job.training_iterations = 8;
+  job.options["credit"] = "2";
+  const Outcome none = RunJob(job, {}, survey);
+  job.options["credit"] = "4";
+  EXPECT_NE(RunJob(job, {}, survey).rounds, none.rounds);
+}
+
+TEST(Loop, LateIsWhereAnotherIterationEndsBeyondAQuarter) {
+  const Survey survey = SyntheticSurvey(80, 48);
+  for (const uint64_t spp : {8, 20, 36, 100, 300, 700}) {
+    for (const bool by_time : {false, true}) {
+      JobSpec job = SyntheticJob("auto", by_time ? 0 : spp);
+      job.options["candidates"] = "sdtree,radiance";  // 1 and 2 passes each, and then more of one
+      job.options["pilot"] = "1000";
+      if (by_time) job.budget.seconds = static_cast<double>(spp);
+      ManualClock clock;
+      Loop loop(job, survey);
+      SyntheticExecutor executor(loop, {.clock = &clock});
+      // At each advance the passes so far; and the iterations until one was late.
+      std::vector<uint64_t> ends;
+      uint32_t late_from = AutoState::kNever;
+      const auto advanced = [&](const std::shared_ptr<const State>&, const Statistics*,
+                                const std::shared_ptr<const State>& next) {
+        ends.push_back(loop.passes());
+        late_from = std::min(late_from, dynamic_cast<const AutoState&>(*next).parts().late_from);
+      };
+      loop.Run(executor, StopToken(), {.advanced = advanced}, clock);
+      ASSERT_FALSE(ends.empty());
+      for (uint32_t k = 0; k + 1 < ends.size(); ++k) {
+        // The first candidate's pilot is followed by the second's first pass, where its own third iteration is
+        // expected.
+        const uint64_t next = k == 1 ? ends[k] + 4 : ends[k + 1];
+        EXPECT_EQ(k + 1 >= late_from, 4 * next > spp || late_from <= k) << spp << " " << by_time << " " << k;
       }
     }
   }
@@ -232,10 +296,7 @@ TEST(Loop, AStopInTrainingReplays) {
   const JobReport report = loop.Report();
   ASSERT_EQ(report.stop_reason, "time");
   ASSERT_EQ(report.training_iterations, static_cast<int>(report.iterations));
-  JobSpec replay = job;
-  replay.budget = {report.passes, 0, 0};
-  replay.training_iterations = report.training_iterations;
-  EXPECT_EQ(RunJob(replay).result, ResultOf(loop));
+  EXPECT_EQ(RunJob(ReplayOf(report)).result, ResultOf(loop));
 }
 
 TEST(Loop, ErrorBudgetStopsOnceItIsMet) {
@@ -253,10 +314,7 @@ TEST(Loop, ErrorBudgetStopsOnceItIsMet) {
   JobSpec job = SyntheticJob("sdtree", 0);
   job.budget.error = 0.001;
   const Outcome run = RunJob(job);
-  JobSpec replay = job;
-  replay.budget = {run.report.passes, 0, 0};
-  replay.training_iterations = run.report.training_iterations;
-  EXPECT_EQ(RunJob(replay).result, run.result);
+  EXPECT_EQ(RunJob(ReplayOf(run.report)).result, run.result);
 }
 
 TEST(Loop, NoBudgetMeansTheScenesSamples) {

@@ -204,7 +204,7 @@ TEST(GridMethod, GuidesAfterItsLastStep) {
   EXPECT_EQ(automatic.options().steps, 2u);
   EXPECT_EQ(automatic.options().exploration, 2u);
   // As decided, also in a replay that has another budget.
-  job.options = automatic.DecidedOptions();
+  job.options = automatic.DecidedOptions(*automatic.Initial());
   job.budget = {.spp = 1000};
   const GridMethod replay(job, SyntheticSurvey());
   EXPECT_EQ(replay.options().steps, 2u);
