@@ -27,14 +27,14 @@ double Mean(const std::vector<double>& values) {
   return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-// The worst kTrimmedFraction of the pixels (rounded down: images below 1000 pixels have none).
-size_t TrimmedCount(const std::vector<double>& values) {
-  return static_cast<size_t>(static_cast<double>(values.size()) * kTrimmedFraction);
+// That share of the pixels, rounded down: of reports' images below 1000 pixels have none left out.
+size_t TrimmedCount(const std::vector<double>& values, double left_out) {
+  return static_cast<size_t>(static_cast<double>(values.size()) * left_out);
 }
 
 // Mean without those.
 double TrimmedMean(const std::vector<double>& values) {
-  const size_t cut = TrimmedCount(values);
+  const size_t cut = TrimmedCount(values, kTrimmedFraction);
   if (cut == 0) return Mean(values);
   const std::vector<bool> worst = Worst(values, cut);
   double sum = 0;
@@ -128,9 +128,9 @@ EstimatedError EstimateError(const Image& image) {
   return {Mean(relative), TrimmedVariance(image, relative, mean * mean + kRelMseEpsilon)};
 }
 
-double TrimmedVariance(const Image& image, const std::vector<double>& relative, double square) {
+double TrimmedVariance(const Image& image, const std::vector<double>& relative, double square, double left_out) {
   constexpr double kOutliersLight = 0.25;
-  const size_t cut = TrimmedCount(relative);
+  const size_t cut = TrimmedCount(relative, left_out);
   if (cut == 0) return Mean(relative);
   const std::vector<bool> worst = Worst(relative, cut);
   double kept = 0, outliers = 0, kept_light = 0, outliers_light = 0;
@@ -144,8 +144,7 @@ double TrimmedVariance(const Image& image, const std::vector<double>& relative, 
 }
 
 double LargestKept(std::vector<double> values, double left_out) {
-  const auto count = static_cast<size_t>(static_cast<double>(values.size()) * left_out);
-  const auto last = values.end() - static_cast<std::ptrdiff_t>(count + 1);
+  const auto last = values.end() - static_cast<std::ptrdiff_t>(TrimmedCount(values, left_out) + 1);
   std::nth_element(values.begin(), last, values.end());
   return *last;
 }

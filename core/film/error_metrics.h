@@ -26,10 +26,11 @@ struct EstimatedError {
   double relmse = 0, relmse_trimmed = 0;
 };
 EstimatedError EstimateError(const Image& image);
-// Mean of a picture's relative variances, one a pixel. The worst 0.1 % are left out as outliers, unless they hold more
-// than a quarter of its light: then they are not outliers but what has been met so far, and count relative to `square`,
-// that of the mean of all pixels (plus eps), since what is expected of them is mostly themselves.
-double TrimmedVariance(const Image& image, const std::vector<double>& relative, double square);
+// Mean of a picture's relative variances, one a pixel. The worst (a share of the pixels) are left out as outliers,
+// unless they hold more than a quarter of its light: then they are not outliers but what has been met so far, and count
+// relative to `square`, that of the mean of all pixels (plus eps), since what is expected of them is mostly themselves.
+double TrimmedVariance(const Image& image, const std::vector<double>& relative, double square,
+                       double left_out = kTrimmedFraction);
 // The value that only the worst `left_out` of them (rounded down) are above.
 double LargestKept(std::vector<double> values, double left_out);
 // Relative luminance error per pixel, (lum x - lum r) / (lum r + eps); for the false-colour map of Lukac 2011.

@@ -66,8 +66,9 @@ Image WeightedMean(std::span<const Image> images, std::span<const double> weight
   return sum;
 }
 
-// Variance of a film's picture relative to what the pixels are expected to have, mean over the pixels.
-double MeanRelativeVariance(const Image& image, const PixelEstimate& expected) {
+// Variance of a film's picture relative to what the pixels are expected to have, mean over the pixels, the worst left
+// out: as many as samples in the worst pixels of the job's image are the film's, whose share of the passes is `share`.
+double MeanRelativeVariance(const Image& image, const PixelEstimate& expected, double share) {
   double mean = 0;
   for (size_t i = 0; i < image.size(); ++i) mean += expected.luminance[i] / static_cast<double>(image.size());
   const double epsilon = RelativeEpsilon(mean);
@@ -76,7 +77,7 @@ double MeanRelativeVariance(const Image& image, const PixelEstimate& expected) {
     const double pixel = expected.luminance[i];
     relative[i] = image.variance[i] / (pixel * pixel + epsilon);
   }
-  return TrimmedVariance(image, relative, mean * mean + epsilon);
+  return TrimmedVariance(image, relative, mean * mean + epsilon, share * kTrimmedFraction);
 }
 
 // Guides get better as they learn: of one candidate's films none should be noisier per pass than the one before. Where
@@ -123,7 +124,7 @@ std::vector<double> InverseVarianceWeights(std::span<const IterationFilm> films,
   std::vector<double> per_pass;
   for (size_t i = 0; i < films.size(); ++i) {
     const auto n = static_cast<double>(films[i].film.passes());
-    per_pass.push_back(n > 0 ? MeanRelativeVariance(images[i], expected) * n : 0);
+    per_pass.push_back(n > 0 ? MeanRelativeVariance(images[i], expected, by_passes[i]) * n : 0);
   }
   PoolWhereLaterIsNoisier(films, &per_pass);
   const double worst = *std::ranges::max_element(per_pass);
@@ -186,6 +187,7 @@ void MakeRoom(std::vector<IterationFilm>* films, Combination combination, std::s
   pool.film = Film(WeightedMean(pair, std::array{share, 1 - share}), pool.film.passes() + next.film.passes());
   pool.rays += next.rays;
   pool.vertices += next.vertices;
+  pool.seconds += next.seconds;
   films->erase(films->begin() + static_cast<std::ptrdiff_t>(b));
 }
 

@@ -94,6 +94,7 @@ void Loop::Run(Executor& executor, const StopToken& stop, const Hooks& hooks, co
     const double seconds = Seconds(end - start);
     seconds_ += seconds;
     iteration_seconds_ += seconds;
+    films_.back().seconds += seconds;
     seconds_learning_ += Seconds(end - merging);
     DecideStop(round, seconds, reference);
     if (hooks.progress) hooks.progress(Progress(seconds / round.passes));
@@ -216,7 +217,8 @@ bool Loop::EndsTraining(uint32_t next) const {
   if (method_->candidates() == 1 && 2 * (passes_ + passes) > SppBudget()) return true;
   if (next == 0) return false;
 
-  if (job_.budget.seconds > 0 && PredictedEnd(passes) > job_.budget.seconds / 2) return true;
+  // What others rendered in a race is no training here either.
+  if (job_.budget.seconds > 0 && PredictedEnd(passes) - SecondsOfOthers() > job_.budget.seconds / 2) return true;
   if (PassesForError() < static_cast<double>(two_doublings)) return true;
   if (method_->combination() == Method::Combination::kAutomatic && iteration_passes_ >= kMinPassesForAutomatic &&
       previous_prediction_ > 0) {
@@ -228,6 +230,14 @@ bool Loop::EndsTraining(uint32_t next) const {
 double Loop::PredictedEnd(uint64_t passes) const {
   const double seconds_per_pass = iteration_seconds_ / static_cast<double>(iteration_passes_);
   return seconds_ + last_advance_seconds_ + seconds_per_pass * static_cast<double>(passes);
+}
+
+double Loop::SecondsOfOthers() const {
+  double sum = 0;
+  for (const IterationFilm& film : films_) {
+    if (film.candidate != films_.back().candidate) sum += film.seconds;
+  }
+  return sum;
 }
 
 double Loop::PassesForError() const {

@@ -68,7 +68,7 @@ using MethodFactory = std::function<std::unique_ptr<Method>(const JobSpec&, cons
 // the state. The last one only renders and takes what the budget still gives. When training ends is decided at
 // iteration ends and stored: after JobSpec::training_iterations, or the method's own number; else when the next
 // iteration would leave less than half of the budget to the last one (by spp, also where less than the next two
-// doublings together is left; by time and error: predicted; a race between methods may take more); and for
+// doublings together is left; by time and error: predicted; what losers of a race took comes on top); and for
 // Combination::kAutomatic once the predicted final variance stops falling (Mueller et al. 2017, section 5.3).
 class Loop {
  public:
@@ -123,6 +123,8 @@ class Loop {
   bool EndsTraining(uint32_t next) const;
   // Seconds of the run when that many more passes are done, each as long as this iteration's.
   double PredictedEnd(uint64_t passes) const;
+  // Of the run, that other candidates took than the current iteration's.
+  double SecondsOfOthers() const;
   // That the image must have for the budget's error; infinity where that is not known.
   double PassesForError() const;
   // Share of the budget that is spent when iteration `next` is over.

@@ -57,6 +57,7 @@ class LoopCheckpoint {
       out.Put(film.candidate);
       out.Put(film.rays);
       out.Put(film.vertices);
+      out.Put(film.seconds);
       film.film.Write(out);
     }
     out.Put<uint8_t>(loop.learned_ ? 1 : 0);
@@ -129,6 +130,7 @@ class LoopCheckpoint {
       film.candidate = in.Get<uint32_t>();
       film.rays = in.Get<uint64_t>();
       film.vertices = in.Get<uint64_t>();
+      film.seconds = ReadSeconds(in);
       film.film = Film::Read(in);
       if (film.film.width() != loop->grid_.width() || film.film.height() != loop->grid_.height())
         in.Fail("has a film of another size than its job's");

@@ -74,6 +74,7 @@ struct IterationFilm {
   Film film;
   uint32_t candidate = 0;           // who rendered it: Method::Active's
   uint64_t rays = 0, vertices = 0;  // what it cost
+  double seconds = 0;               // the same, by the clock: for the loop alone
 };
 
 // What an iteration leaves behind, for Method::Advance.

@@ -110,6 +110,31 @@ TEST(Combination, OutliersThatHoldTheLightCount) {
   EXPECT_LT(Combine(films, kInverse).weights[0], 0.1);
 }
 
+// Two films of the same samples, one in 4000 of them rare and bright, of few passes and of many. All that is rare in
+// the first lies in a thousandth of its pixels, and enters the image.
+TEST(Combination, RareSamplesOfFewPassesCount) {
+  const TileGrid grid(128, 128);
+  test::Random random(3);
+  double share = 0;
+  constexpr int kTrials = 10;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::vector<IterationFilm> films;
+    for (const uint32_t passes : {2u, 30u}) {
+      films.push_back({0, Film(grid), static_cast<uint32_t>(films.size())});
+      for (uint32_t t = 0; t < grid.tile_count(); ++t) {
+        FilmTile tile{t, std::vector<PixelSum>(grid.Rect(t).pixels())};
+        for (PixelSum& pixel : tile.pixels)
+          for (uint32_t i = 0; i < passes; ++i)
+            pixel.Add(Rgb(0.9f + 0.2f * random.Next1D() + (random.Next1D() < 1 / 4000.0f ? 100.0f : 0.0f)));
+        films.back().film.Add(grid, tile);
+      }
+      films.back().film.AddPasses(passes);
+    }
+    share += Combine(films, kInverse).weights[0] / kTrials;
+  }
+  EXPECT_NEAR(share, 2.0 / 32, 0.03);  // 0.9 where a thousandth of the pixels of either is left out
+}
+
 TEST(Combination, ABlackSceneIsWeightedByPasses) {
   std::vector<IterationFilm> films;
   films.push_back(FilmOf(0, 4, 0, 0));

@@ -196,6 +196,19 @@ TEST(Loop, TimeBudgetLeavesHalfToTheLastIteration) {
   }
 }
 
+// The loser of a race has two iterations, three passes in all. The winner trains for as long as if it had been forced.
+TEST(Loop, WhatLosersTookIsNoTraining) {
+  const Survey survey = SyntheticSurvey(80, 48);
+  JobSpec forced = SyntheticJob("sdtree", 0), race = SyntheticJob("auto", 0);
+  forced.budget.seconds = race.budget.seconds = 63;  // 31 passes of training, and 15 in the race but for that
+  race.options["candidates"] = "sdtree,radiance";
+  race.options["pilot"] = "1000";
+  const Outcome alone = RunJob(forced, {}, survey), chosen = RunJob(race, {}, survey);
+  EXPECT_EQ(alone.report.training_iterations, 5);
+  EXPECT_EQ(chosen.report.training_iterations, 5 + 2);
+  EXPECT_EQ(RunJob(ReplayOf(chosen.report), {.seconds_per_pass = 3}, survey).result, chosen.result);
+}
+
 TEST(Loop, ARunByTimeReplaysBySamples) {
   for (const char* method : {"path", "sdtree"}) {
     for (const double seconds : {0.1, 1.0, 5.0, 31.0, 64.0, 99.0}) {
