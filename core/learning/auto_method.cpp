@@ -216,8 +216,8 @@ std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const Sta
   entrant.passes += result.passes;
   entrant.last_passes = result.passes;
   if (const uint32_t done = IterationsOf(parts); parts.late_from == AutoState::kNever) {
-    const bool late = credit_ < 0 ? result.late : done >= static_cast<uint32_t>(credit_);
-    if (late || result.last) parts.late_from = done;
+    const bool late = credit_ < 0 ? result.late || result.last : done >= static_cast<uint32_t>(credit_);
+    if (late) parts.late_from = done;
   }
   if (!parts.settled) {
     Results measured = Measure(result);
