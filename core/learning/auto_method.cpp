@@ -216,6 +216,7 @@ std::shared_ptr<const State> AutoMethod::Advance(const std::shared_ptr<const Sta
   entrant.passes += result.passes;
   entrant.last_passes = result.passes;
   if (const uint32_t done = IterationsOf(parts); parts.late_from == AutoState::kNever) {
+    // A replay is told that an iteration is the last where the run had only chosen one that has nothing to learn.
     const bool late = credit_ < 0 ? result.late || result.last : done >= static_cast<uint32_t>(credit_);
     if (late) parts.late_from = done;
   }
