@@ -42,7 +42,7 @@ std::vector<LobeSample> SampleLobe(float alpha, float cos_o) {
     const Vec3 w = m * (2 * Dot(wo, m)) - wo;
     if (!(w.z > 0)) continue;
     const double weight = node.weight * MaskingWeight(ggx.Stretch(wo), wo.z, ggx.Stretch(w), w.z);
-    samples.push_back({Normalize(w), weight, EvaluateReflection(ggx, wo, w).value});
+    samples.push_back({Normalize(w), weight, EvaluateMirrored(ggx, wo, w).value});
     albedo += weight;
   }
   for (LobeSample& s : samples) {

@@ -138,8 +138,7 @@ BsdfSample Bsdf::SampleFlatCoat(Vec3 wo, const CoatState& state) {
 }
 
 BsdfValue Bsdf::CoatLobe(Vec3 wo, Vec3 wi) const {
-  const Ggx ggx{alpha_};
-  const GgxReflection r = EvaluateReflection(ggx, wo, wi, ggx.ReflectionBound(wo));
+  const GgxReflection r = EvaluateReflection(Ggx{alpha_}, wo, wi);
   return {Rgb(r.value * FresnelDielectric(r.cos, eta_).reflectance), r.pdf};
 }
 
@@ -184,8 +183,7 @@ BsdfValue Bsdf::EvaluateCoatedConductor(Vec3 wo, Vec3 wi, const CoatState& state
   const Vec3 o = AcrossFlatInterface(wo, eta_), i = AcrossFlatInterface(wi, eta_);
   if (!(o.z > 0 && i.z > 0)) return value;
   const float transmittance_i = CoatTransmittance(wi);
-  const Ggx base{base_alpha_};
-  const GgxReflection r = EvaluateReflection(base, o, i, base.ReflectionBound(o));  // value = D G2 / (4 co ci) * i.z
+  const GgxReflection r = EvaluateReflection(Ggx{base_alpha_}, o, i);  // value = D G2 / (4 co ci) * i.z
   const Rgb fresnel = FresnelConductor(r.cos, a_, b_);
   const CoatTable::Row row{base_row_, base_row_t_};
   const float second = std::sqrt(table_->SecondBounce(wo.z, row) * table_->SecondBounce(wi.z, row));

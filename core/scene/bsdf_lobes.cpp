@@ -103,7 +103,7 @@ float Bsdf::AlphaAt(Vec3 wo, Vec3 wi) const {
       float greatest = 0, alpha = 1;
       for (const BsdfLobe& lobe : Lobes(wo)) {
         const bool ggx = lobe.kind == BsdfLobe::Kind::kGgxReflection;
-        const float density = lobe.weight * (ggx ? EvaluateReflection(Ggx{lobe.alpha}, wo, wi).pdf : wi.z * kInvPi);
+        const float density = lobe.weight * (ggx ? EvaluateMirrored(Ggx{lobe.alpha}, wo, wi).pdf : wi.z * kInvPi);
         if (!(density > greatest)) continue;
         greatest = density;
         alpha = ggx ? Ggx{lobe.alpha}.MeanAlpha() : 1;

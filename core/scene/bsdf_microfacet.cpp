@@ -9,25 +9,15 @@ namespace lodestar {
 // ---- conductor ------------------------------------------------------------------------------------------------------
 
 BsdfValue Bsdf::EvaluateConductor(Vec3 wo, Vec3 wi) const {
-  const Ggx ggx{alpha_};
-  const GgxReflection r = EvaluateReflection(ggx, wo, wi, ggx.ReflectionBound(wo));
+  const GgxReflection r = EvaluateReflection(Ggx{alpha_}, wo, wi);
   return {FresnelConductor(r.cos, a_, b_) * r.value, r.pdf};
 }
 
 std::optional<BsdfSample> Bsdf::SampleConductor(Vec3 wo, Vec2 u) const {
   const Ggx ggx{alpha_};
-  const float bound = ggx.ReflectionBound(wo);
-  const Vec3 m = ggx.SampleVisible(wo, u, bound);
-  const float cos = Dot(wo, m);
-  const Vec3 wi = m * (2 * cos) - wo;
-  if (!(wi.z > 0 && cos > 0)) return std::nullopt;
-  const float ao = ggx.Stretch(wo), ai = ggx.Stretch(wi);
-  const float pdf = 0.5f * ggx.Density(m) / (ao + bound * wo.z);
-  if (!(pdf > 0)) return std::nullopt;
-  return BsdfSample{.wi = wi,
-                    .weight = FresnelConductor(cos, a_, b_) * MaskingWeight(ao, wo.z, ai, wi.z, bound),
-                    .pdf = pdf,
-                    .alpha = ggx.MeanAlpha()};
+  const Vec3 wi = ggx.SampleReflection(wo, u);
+  if (!(wi.z > 0)) return std::nullopt;
+  return SampleOf(wi, EvaluateConductor(wo, wi), ggx.MeanAlpha());
 }
 
 // ---- dielectric -----------------------------------------------------------------------------------------------------
@@ -35,7 +25,7 @@ std::optional<BsdfSample> Bsdf::SampleConductor(Vec3 wo, Vec2 u) const {
 BsdfValue Bsdf::EvaluateDielectric(Vec3 wo, Vec3 wi, float eta) const {
   const Ggx ggx{alpha_};
   if (wi.z > 0) {
-    const GgxReflection r = EvaluateReflection(ggx, wo, wi);
+    const GgxReflection r = EvaluateMirrored(ggx, wo, wi);
     const float fresnel = FresnelDielectric(r.cos, eta).reflectance;
     return {Rgb(r.value * fresnel), r.pdf * fresnel};
   }

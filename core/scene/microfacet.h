@@ -56,32 +56,47 @@ struct Ggx {
     const float a2 = Sqr(std::min({alpha.x, alpha.y, 1.0f})), s2 = Sqr(1 + std::sqrt(wo.x * wo.x + wo.y * wo.y));
     return (1 - a2) * s2 / (s2 + a2 * wo.z * wo.z);
   }
-  // wo mirrored by a normal so bounded; z may be <= 0.
+  // wo mirrored by a normal so bounded. What would end below the surface is folded up, by the sign of its z: with the
+  // density of both in the denominator (EvaluateReflection), that is a sample more and less variance.
   Vec3 SampleReflection(Vec3 wo, Vec2 u) const {
     const Vec3 m = SampleVisible(wo, u, ReflectionBound(wo));
-    return m * (2 * Dot(wo, m)) - wo;
+    const Vec3 wi = m * (2 * Dot(wo, m)) - wo;
+    return {wi.x, wi.y, std::fabs(wi.z)};
   }
 };
 
 // The half-vector terms of a reflection, shared by value and density.
 struct GgxReflection {
   float value;  // D G2 / (4 co ci) * ci
-  float pdf;    // of wi, the normal sampled by SampleVisible with the same bound
+  float pdf;    // of wi
   float cos;    // wo.m
 };
-// m is the half vector, of any length; wo.z, wi.z > 0.
-inline GgxReflection EvaluateReflection(const Ggx& ggx, Vec3 wo, Vec3 wi, float bound = 1) {
+// pdf: of wo mirrored by SampleVisible's normal, which may also end below the surface; with the D of a second normal
+// that leads to wi, of both. wo.z, wi.z > 0.
+inline GgxReflection EvaluateMirrored(const Ggx& ggx, Vec3 wo, Vec3 wi, float bound = 1, float second = 0) {
   const Vec3 m = wo + wi;
   const float d = ggx.Density(m);
   const float ao = ggx.Stretch(wo), ai = ggx.Stretch(wi);
-  return {0.5f * d * wi.z / (ao * wi.z + ai * wo.z), 0.5f * d / (ao + bound * wo.z),
+  return {0.5f * d * wi.z / (ao * wi.z + ai * wo.z), 0.5f * (d + second) / (ao + bound * wo.z),
           Dot(wo, m) / std::sqrt(LengthSquared(m))};
 }
+// pdf: of SampleReflection. What was folded onto wi came from a normal above the surface and within the cap: in the
+// stretched frame, in which that normal mirrors wo too, above -bound times the height of wo. Without a branch: whether
+// there is such a normal is hard to predict.
+inline GgxReflection EvaluateReflection(const Ggx& ggx, Vec3 wo, Vec3 wi) {
+  const float bound = ggx.ReflectionBound(wo), axy = ggx.alpha.x * ggx.alpha.y;
+  const Vec3 m{wo.x + wi.x, wo.y + wi.y, wo.z - wi.z};
+  const float stretched2 = Sqr(m.x * ggx.alpha.y) + Sqr(m.y * ggx.alpha.x) + Sqr(m.z * axy);  // times axy^2
+  const float length2 = LengthSquared(m);                                                     // 2 wo.m
+  const bool sampled = (m.z > 0) & (length2 * m.z * axy * axy > (1 - bound) * wo.z * stretched2);
+  const float d = axy * Sqr(axy * length2 / stretched2) * kInvPi;
+  return EvaluateMirrored(ggx, wo, wi, bound, sampled ? d : 0);
+}
 
-// G2(wo, wi) / G1(wo), what a reflected or refracted sample weighs beside Fresnel, its normal sampled with the same
-// bound; cosines positive.
-inline float MaskingWeight(float ao, float co, float ai, float ci, float bound = 1) {
-  return ci * (ao + bound * co) / (ao * ci + ai * co);
+// G2(wo, wi) / G1(wo), what a reflected or refracted sample weighs beside Fresnel, its normal sampled by SampleVisible;
+// cosines positive.
+inline float MaskingWeight(float ao, float co, float ai, float ci) {
+  return ci * (ao + co) / (ao * ci + ai * co);
 }
 
 // Deterministic quadrature over the visible normals of an isotropic distribution seen from the plane y = 0, for tables:

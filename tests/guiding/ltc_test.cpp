@@ -117,7 +117,7 @@ Fit Compare(float alpha, float cos) {
         albedo += weight;
         continue;
       }
-      const double f = EvaluateReflection(ggx, wo, w).value / albedo, d = 0.98 * ltc.Density(w) + 0.02 * w.z * kInvPi;
+      const double f = EvaluateMirrored(ggx, wo, w).value / albedo, d = 0.98 * ltc.Density(w) + 0.02 * w.z * kInvPi;
       fit.divergence += weight / albedo * std::log(f / d);
       fit.chi_square += weight / albedo * f / d;
       fit.total_variation += weight / albedo * std::max(0.0, 1 - d / f);

@@ -38,7 +38,7 @@ class Surface {
     for (const ProductLobe& lobe : lobes_) {
       if (lobe.kind == ProductLobe::Kind::kGgxReflection) {
         if (!(wi.z > 0)) continue;
-        const GgxReflection r = EvaluateReflection(Ggx{{lobe.alpha, lobe.alpha}}, local_, wi);
+        const GgxReflection r = EvaluateMirrored(Ggx{{lobe.alpha, lobe.alpha}}, local_, wi);
         value.f_cos += lobe.weight * r.value;
         value.pdf += lobe.weight * r.pdf;
       } else {

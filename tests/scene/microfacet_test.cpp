@@ -88,7 +88,7 @@ TEST(Ggx, BoundedReflectionsFollowTheirDensityAndMissLess) {
       const auto test = [&](float sampled, float evaluated) {
         return ChiSquareOnSphere(
             [&](Random& random) { return reflected(random, sampled); },
-            [&](Vec3 wi) { return wi.z > 0 ? EvaluateReflection(ggx, wo, wi, evaluated).pdf : 0.0f; },
+            [&](Vec3 wi) { return wi.z > 0 ? EvaluateMirrored(ggx, wo, wi, evaluated).pdf : 0.0f; },
             {.level = kLevel, .seed = 22, .samples = 100000, .bins = 128});
       };
       const TestResult r = test(bound, bound);
@@ -103,6 +103,31 @@ TEST(Ggx, BoundedReflectionsFollowTheirDensityAndMissLess) {
       if (std::min(alpha.x, alpha.y) >= 0.5f && theta < 60) {
         EXPECT_LT(missed, 0.8 * missed_unbounded);
         EXPECT_FALSE(test(bound, 1).accepted);  // the other density is told from this one
+      }
+    }
+  }
+}
+
+// What would end below the surface is folded up: nothing is lost, and the density is that of both.
+TEST(Ggx, FoldedReflectionsFollowTheirDensityAndMissNothing) {
+  for (const Vec2 alpha : kAlphas) {
+    const Ggx ggx{alpha};
+    for (const double theta : {0.0, 40.0, 75.0, 88.0}) {
+      const Vec3 wo = Direction(theta);
+      const auto test = [&](auto evaluate) {
+        return ChiSquareOnSphere(
+            [&](Random& random) { return std::optional(ggx.SampleReflection(wo, random.Next2D())); },
+            [&](Vec3 wi) { return wi.z > 0 ? evaluate(wi).pdf : 0.0f; },
+            {.level = kLevel, .seed = 24, .samples = 100000, .bins = 128});
+      };
+      const TestResult r = test([&](Vec3 wi) { return EvaluateReflection(ggx, wo, wi); });
+      EXPECT_TRUE(r.accepted) << alpha.x << ' ' << alpha.y << " at " << theta << ": " << r.message;
+      const auto pdf = [&](Vec3 wi) { return wi.z > 0 ? EvaluateReflection(ggx, wo, wi).pdf : 0.0f; };
+      EXPECT_NEAR(IntegrateSphere(pdf, Vec3{-wo.x, -wo.y, wo.z}).Total(), 1, 2e-3)
+          << alpha.x << ' ' << alpha.y << " at " << theta;
+      if (alpha.x >= 0.2f && alpha.x < 1 && theta == 75) {  // without what was folded it is told apart
+        EXPECT_FALSE(test([&](Vec3 wi) { return EvaluateMirrored(ggx, wo, wi, ggx.ReflectionBound(wo)); }).accepted)
+            << alpha.x << ' ' << alpha.y << " at " << theta;
       }
     }
   }
