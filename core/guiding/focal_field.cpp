@@ -80,7 +80,7 @@ FocalField::FocalField(FocalParts parts)
   }
 }
 
-FocalSample FocalField::Sample(Vec3 x, Vec2 u) const {
+Vec3 FocalField::Direction(Vec3 x, Vec2 u) const {
   const Vec3 from = ToUnit(x);
   double target = (u.x + u.y * kTwoToMinus24) * mass_;
   const bool diverging = octrees_.size() > 1 && target >= octrees_[0].mass();
@@ -97,15 +97,11 @@ FocalSample FocalField::Sample(Vec3 x, Vec2 u) const {
   const uint64_t bits = Mix64((uint64_t{std::bit_cast<uint32_t>(u.x)} << 32) | std::bit_cast<uint32_t>(u.y));
   const auto coordinate = [&](int shift) { return (static_cast<float>((bits >> shift) & 0x1fffff) + 0.5f) * 0x1p-21f; };
   Vec3 w = towards({coordinate(0), coordinate(21), coordinate(42)});
-  FocalRay ray = RayOf(x, diverging ? -w : w);
   // Near the voxel's border the direction may round to one that misses it, whose density is another: over many samples
   // that would bias what lies there. Such a sample moves to the voxel's middle, which a direction's bits cannot miss.
-  if (!octree.Crosses(ray, voxel)) [[unlikely]] {
+  if (!octree.Crosses(RayOf(x, diverging ? -w : w), voxel)) [[unlikely]]
     w = towards({0.5f, 0.5f, 0.5f});
-    ray = RayOf(x, diverging ? -w : w);
-  }
-  if (octrees_.size() > 1) return {w, Pdf(x, w)};
-  return {w, octree.Integrate(ray) * pdf_scale_};
+  return w;
 }
 
 uint32_t FocalField::CellAt(Vec3 x) const {

@@ -45,7 +45,12 @@ class FocalField {
   explicit FocalField(FocalParts parts);
 
   // u in [0, 1)^2 with 24 bits. u.x chooses the voxel; the point within it comes from a hash of both.
-  FocalSample Sample(Vec3 x, Vec2 u) const;
+  FocalSample Sample(Vec3 x, Vec2 u) const {
+    const Vec3 w = Direction(x, u);
+    return {w, Pdf(x, w)};
+  }
+  // What Sample() draws, without its density, which is most of the work.
+  Vec3 Direction(Vec3 x, Vec2 u) const;
   // w of unit length. Zero where no voxel of any mass lies on the whole ray to the box's edge.
   float Pdf(Vec3 x, Vec3 w) const {
     float sum = octrees_[0].Integrate(RayOf(x, w));

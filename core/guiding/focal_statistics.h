@@ -50,6 +50,8 @@ class FocalStatistics {
   // (a_v p_v)^n, which is the expectation step for a mixture of voxels. With FocalOptions::by_mixture the BSDF is one
   // more part of that mixture, whose share of the record is left out. Where all of these are zero, by length.
   void Record(const FocalRecord& record);
+  // A segment that brought no light, whatever its densities: a record of value 0.
+  void RecordNothing() { ++counts_.accepted; }
 
   // Both must belong to the same field. Costs what `other` touched.
   void Merge(const FocalStatistics& other);

@@ -72,8 +72,8 @@ class Bsdf {
     if (kind_ == Kind::kDiffuse) return EvaluateDiffuse(wo, wi);
     return EvaluateOther(wo, wi);
   }
-  // Nothing where the sample failed (grazing, below the surface): the path ends, with weight zero. Hence Evaluate().pdf
-  // integrates to 1 - DeltaProbability(wo) - P(failure); P(failure) > 0 only for the rough lobes.
+  // Nothing where the sample failed (grazing, on the wrong side): the path ends, with weight zero. Hence Evaluate().pdf
+  // integrates to 1 - DeltaProbability(wo) - P(failure); P(failure) > 0 only for rough dielectrics and coated conductors.
   std::optional<BsdfSample> Sample(Vec3 wo, float u_lobe, Vec2 u) const {
     if (kind_ == Kind::kDiffuse) return SampleDiffuse(wo, u);
     return SampleOther(wo, u_lobe, u);

@@ -15,7 +15,10 @@ void FocalGuide::Record(std::span<const PathVertex> vertices, const PixelSample&
   for (size_t i = vertices.size(); i-- > 0;) {
     const PathVertex& vertex = vertices[i];
     incident *= vertex.roulette;
-    if (vertex.recorded && distance > 0) {  // 0: the path ended there
+    const bool segment = vertex.recorded && distance > 0;  // 0: the path ended there
+    if (segment && IsBlack(incident)) {
+      sums.RecordNothing();  // behind the last light, where densities were never asked for
+    } else if (segment) {
       sums.Record({.position = vertex.p,
                    .direction = vertex.wi,
                    .distance = image && images ? kInfinity : distance,

@@ -10,7 +10,7 @@ namespace lodestar {
 
 class FocalGuide {
  public:
-  static constexpr bool kGuides = true, kRecords = true, kUsesAlpha = true;
+  static constexpr bool kGuides = true, kRecords = true, kUsesAlpha = true, kDefersDensities = true;
   struct Local {
     float bsdf_fraction = 1, nee_probability = 1;
     uint32_t leaf = 0;
@@ -31,6 +31,7 @@ class FocalGuide {
     const FocalSample sample = field_.Sample(local.p, u);
     return {sample.w, sample.pdf};
   }
+  Vec3 Direction(const Local& local, Vec2 u) const { return field_.Direction(local.p, u); }
   float Pdf(const Local& local, Vec3 wi) const { return field_.Pdf(local.p, wi); }
   float Fluence(const Local&) const { return 0; }
   float Radiance(const Local&, Vec3, float) const { return 0; }

@@ -10,7 +10,7 @@ namespace lodestar {
 
 class GridGuide {
  public:
-  static constexpr bool kGuides = true, kRecords = true, kUsesAlpha = false;
+  static constexpr bool kGuides = true, kRecords = true, kUsesAlpha = false, kDefersDensities = false;
   struct Local {
     float bsdf_fraction = 1, nee_probability = 1;
     static constexpr LightGroupWeights lights{};

@@ -19,6 +19,10 @@
 //     expected along wi, whose density is guide_pdf; only where Fluence() is known
 // - float PixelLuminance(uint32_t x, uint32_t y) const
 //     estimate of a pixel; 0: not known
+// - static constexpr bool kDefersDensities
+//     whether densities are so dear that the kernel works them out only once the path has met light that they weigh.
+//     Fluence() must be 0 then, and there must be
+//       Vec3 Direction(const Local&, Vec2 u) const     what Sample() draws, without its density
 //
 // and, for the tracer (PathTracer),
 //
@@ -52,7 +56,7 @@ struct PathVertex {
   float alpha = 1;  // GGX alpha of the lobe that wi is from: 0 a delta, 1 diffuse. Of directions that the guide drew:
                     // Bsdf::AlphaAt where Guide::kUsesAlpha, else 1
   Vec3 p{}, wi{};
-  float pdf = 0, bsdf_pdf = 0, guide_pdf = 0;
+  float pdf = 0, bsdf_pdf = 0, guide_pdf = 0;  // of wi
   uint32_t leaf = 0;      // Local::leaf of a guide that has leaves
   bool smooth = false;    // guided, and lit by light samples
   bool recorded = false;  // a smooth vertex that has a wi
@@ -65,7 +69,7 @@ struct PixelSample {
 };
 
 struct NoGuide {
-  static constexpr bool kGuides = false, kRecords = false;
+  static constexpr bool kGuides = false, kRecords = false, kDefersDensities = false;
   struct Local {
     static constexpr float bsdf_fraction = 1, nee_probability = 1;
     static constexpr LightGroupWeights lights{};

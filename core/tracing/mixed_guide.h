@@ -9,7 +9,7 @@ namespace lodestar {
 
 class MixedGuide {
  public:
-  static constexpr bool kGuides = true, kRecords = true, kUsesAlpha = true;
+  static constexpr bool kGuides = true, kRecords = true, kUsesAlpha = true, kDefersDensities = false;
   struct Local : SdTreeGuide<false>::Local {  // its bsdf_fraction is alpha beta
     Vec3 p;
     float tree_share = 1;  // of what the BSDF does not draw

@@ -81,7 +81,8 @@ class PathKernel {
       : scene_(scene), settings_(settings), guide_(guide) {}
 
   // Radiance along the camera ray. `pixel` is what its pixel is expected to have, 0 if that is not known. With kRecord,
-  // `vertices` receives the path (its storage is reused from path to path).
+  // `vertices` receives the path (its storage is reused from path to path); of a guide that defers densities, the
+  // vertices after the last light that was met have none.
   Rgb Trace(const CameraRay& camera_ray, float pixel, Sampler& sampler, PathCounters* counters,
             std::vector<PathVertex>* vertices) const;
 
@@ -97,15 +98,36 @@ class PathKernel {
   };
   DirectSample DirectLight(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, double u_light,
                            Vec2 u, PathCounters* counters) const;
-  // The next direction and its densities; weight = f cos / pdf, black where the path ends.
+  // The next direction and its densities; weight = f cos / pdf, black where the path ends. With kDefers, `waiting` says
+  // that pdf and guide_pdf are not known yet: until Weigh() it is f cos of a direction that the guide has drawn, f cos
+  // / bsdf_pdf of one that the BSDF has.
   struct Scattering {
     Rgb weight;
     Vec3 wi;
     float pdf = 0, bsdf_pdf = 0, guide_pdf = 0, eta = 1, alpha = 1;
-    bool delta = false;
+    bool delta = false, waiting = false, guided = false;
   };
   Scattering Scatter(const SurfaceInteraction& si, const Bsdf& bsdf, Vec3 wo, const Local& local, float u_technique,
                      Vec2 u, PathCounters* counters) const;
+  void Weigh(const Local& local, Scattering* next, PathCounters* counters) const;
+
+  static constexpr bool kDefers = Guide::kDefersDensities;
+  // What a path has yet to be multiplied by. Not initialised: it has room for more than most paths need.
+  struct Factor {
+    Scattering next;
+    Local at;
+    float survivor = 1;
+    uint32_t vertex = 0;  // with kRecord: which
+  };
+  struct Factors {
+    static constexpr int kMost = 16;
+    union {
+      Factor factors[kMost];
+    };
+    int count = 0;
+    Factors() {}
+  };
+  struct NoFactors {};
 
   const SceneT& scene_;
   const PathSettings settings_;
@@ -174,6 +196,8 @@ inline auto PathKernel<kFeatures, Guide, SceneT>::Scatter(const SurfaceInteracti
           if (next.delta) {
             next.pdf *= local.bsdf_fraction;
             next.weight *= 1 / local.bsdf_fraction;
+          } else if constexpr (kDefers) {
+            next.waiting = true;
           } else {
             next.guide_pdf = guide_.Pdf(local, next.wi);
             next.pdf = MixturePdf(local, next.bsdf_pdf, next.guide_pdf);
@@ -182,6 +206,17 @@ inline auto PathKernel<kFeatures, Guide, SceneT>::Scatter(const SurfaceInteracti
         }
       }
     }
+  } else if constexpr (kDefers) {
+    next.wi = guide_.Direction(local, u);
+    const Vec3 local_wi = si.shading.ToLocal(next.wi);
+    const BsdfValue value = bsdf.Evaluate(wo, local_wi);
+    next.bsdf_pdf = value.pdf;
+    next.eta = bsdf.EtaAcross(wo, local_wi);
+    next.weight = value.f_cos;
+    next.waiting = next.guided = true;
+    if constexpr ((kFeatures & kRecord) != 0 && Guide::kUsesAlpha) next.alpha = bsdf.AlphaAt(wo, local_wi);
+    // Roulette must know what the BSDF alone would weigh; where it would never go there, what the mixture does.
+    if (!(next.bsdf_pdf > 0) && !IsBlack(next.weight)) Weigh(local, &next, counters);
   } else if constexpr (kGuided) {
     const GuidedSample sample =
         guide_.Sample(local, u, (u_technique - local.bsdf_fraction) / (1 - local.bsdf_fraction));
@@ -205,6 +240,20 @@ inline auto PathKernel<kFeatures, Guide, SceneT>::Scatter(const SurfaceInteracti
 }
 
 template <unsigned kFeatures, class Guide, class SceneT>
+inline void PathKernel<kFeatures, Guide, SceneT>::Weigh(const Local& local, Scattering* next,
+                                                        PathCounters* counters) const {
+  next->waiting = false;
+  next->guide_pdf = guide_.Pdf(local, next->wi);
+  next->pdf = MixturePdf(local, next->bsdf_pdf, next->guide_pdf);
+  if (next->pdf > 0) {
+    next->weight *= (next->guided ? 1 : next->bsdf_pdf) / next->pdf;
+  } else {
+    next->weight = {};
+    ++counters->zero_pdf;
+  }
+}
+
+template <unsigned kFeatures, class Guide, class SceneT>
 Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, float pixel, Sampler& sampler,
                                                 PathCounters* counters, std::vector<PathVertex>* vertices) const {
   constexpr bool kGuided = Guide::kGuides, kRecording = (kFeatures & kRecord) != 0;
@@ -224,6 +273,28 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
   const bool weighted = settings_.next_event == NextEvent::kAll;  // emission, against light samples
   if constexpr (kRecording) vertices->clear();
   ++counters->paths;
+  // Before beta and previous_pdf matter, for light that is met: of what is left of a path that meets none, no density
+  // is worked out at all.
+  std::conditional_t<kDefers, Factors, NoFactors> waiting;
+  const auto settle = [&] {
+    if constexpr (kDefers) {
+      for (int i = 0; i < waiting.count; ++i) {
+        Factor& factor = waiting.factors[i];
+        if (factor.next.waiting) Weigh(factor.at, &factor.next, counters);
+        if constexpr (kRecording) {
+          PathVertex& vertex = (*vertices)[factor.vertex];
+          vertex.beta = beta;
+          vertex.weight = factor.next.weight;
+          vertex.pdf = factor.next.pdf;
+          vertex.guide_pdf = factor.next.guide_pdf;
+        }
+        beta *= factor.next.weight;
+        beta *= factor.survivor;
+        previous_pdf = factor.next.delta ? 0 : factor.next.pdf;
+      }
+      waiting.count = 0;
+    }
+  };
 
   for (int depth = 0;;) {
     ++counters->rays;
@@ -231,6 +302,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     if (!scene_.Intersect(ray, &hit)) {
       if constexpr ((kFeatures & kEnvironment) != 0) {
         const EnvironmentSample environment = scene_.Environment(ray.direction);
+        if (!IsBlack(environment.radiance)) settle();
         float weight = 1;
         if (previous_pdf > 0 && weighted) {
           float light_pdf = previous_nee * environment.pdf;
@@ -251,6 +323,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     float emission_weight = 1;
     if (si.light >= 0) {
       emitted = scene_.Emitted(si, -ray.direction);
+      if (!IsBlack(emitted)) settle();
       if (previous_pdf > 0 && weighted && !IsBlack(emitted)) {
         float light_pdf = previous_nee * scene_.LightPdf(previous_p, si);
         if constexpr (kGuided) light_pdf *= previous_lights.empty() ? 1 : scene_.LightRatio(previous_lights, si.light);
@@ -280,6 +353,7 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
     DirectSample direct;
     if (smooth && settings_.next_event != NextEvent::kNone)
       direct = DirectLight(si, bsdf, wo, at, sampler.Refine(u_choice.y), sampler.Next2D(), counters);
+    if (!IsBlack(direct.radiance)) settle();
     radiance += beta * direct.radiance;
 
     const Scattering next = Scatter(si, bsdf, wo, at, u_choice.x, u_direction, counters);
@@ -307,11 +381,25 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       if (by_contribution && roulette.expected == 0 && at.bsdf_fraction < 1 && guide_.Fluence(at) > 0)
         roulette.expected = Luminance(beta * bsdf.Albedo(wo)) * guide_.Fluence(at) * (0.5f * kInvPi);
     }
-    beta *= next.weight;
+    if constexpr (kDefers) {
+      if (waiting.count == Factors::kMost) settle();
+      waiting.factors[waiting.count++] = {.next = next, .at = at};
+      if constexpr (kRecording) waiting.factors[waiting.count - 1].vertex = static_cast<uint32_t>(vertices->size() - 1);
+    } else {
+      beta *= next.weight;
+    }
     // Refraction scales radiance by the square of the relative index; survival must not depend on that (as pbrt).
     const float eta_squared = next.eta * next.eta;
     roulette.throughput *= next.weight * eta_squared;
-    if constexpr (kGuided) {
+    if constexpr (kDefers) {  // such guides know no contribution
+      if (next.delta) {
+        roulette.throughput *= at.bsdf_fraction;
+      } else if (next.waiting) {
+        if (next.guided) roulette.throughput *= 1 / next.bsdf_pdf;
+      } else if (next.bsdf_pdf > 0) {
+        roulette.throughput *= next.pdf / next.bsdf_pdf;
+      }
+    } else if constexpr (kGuided) {
       if (next.delta) {
         roulette.throughput *= at.bsdf_fraction;
         roulette.contribution *= Luminance(next.weight) * eta_squared;
@@ -327,9 +415,13 @@ Rgb PathKernel<kFeatures, Guide, SceneT>::Trace(const CameraRay& camera_ray, flo
       const float survivor = roulette.Survive(u_mix.x);
       if constexpr (kRecording) vertices->back().roulette = survivor;
       if (survivor == 0) break;
-      beta *= survivor;
+      if constexpr (kDefers) {
+        waiting.factors[waiting.count - 1].survivor = survivor;
+      } else {
+        beta *= survivor;
+      }
     }
-    previous_pdf = next.delta ? 0 : next.pdf;
+    if constexpr (!kDefers) previous_pdf = next.delta ? 0 : next.pdf;
     previous_nee = at.nee_probability;
     previous_lights = at.lights;
     previous_p = si.p;

@@ -20,7 +20,7 @@ ProductLobes MakeProductLobes(const SurfaceInteraction& si, const Bsdf& bsdf, Ve
 template <bool kProduct>
 class SdTreeGuide {
  public:
-  static constexpr bool kGuides = true, kRecords = true, kUsesAlpha = false;
+  static constexpr bool kGuides = true, kRecords = true, kUsesAlpha = false, kDefersDensities = false;
   struct Local {
     float bsdf_fraction = 1, nee_probability = 1;
     uint32_t leaf = 0;

@@ -6,7 +6,7 @@
 namespace lodestar {
 
 struct CosineGuide {
-  static constexpr bool kGuides = true, kUsesAlpha = true;
+  static constexpr bool kGuides = true, kUsesAlpha = true, kDefersDensities = false;
   float bsdf_fraction = 0.5f;
 
   struct Local {

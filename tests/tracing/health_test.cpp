@@ -10,7 +10,7 @@ namespace {
 
 // Draws as a diffuse surface does. Where x > 0 its densities are those of `fault`.
 struct FaultyGuide {
-  static constexpr bool kGuides = true, kRecords = false;
+  static constexpr bool kGuides = true, kRecords = false, kDefersDensities = false;
   HealthEvent fault;
 
   struct Local {
